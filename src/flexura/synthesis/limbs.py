@@ -54,7 +54,7 @@ class Profile(NamedTuple):
         return [k for k in range(6) if k not in self.free]
 
 
-LEAF, WIRE, NECK, NOTCH, TWO_AXIS, ROUND = "leaf", "wire", "neck", "notch", "two_axis", "round"
+LEAF, WIRE, NECK, NOTCH, ROUND = "leaf", "wire", "neck", "notch", "round"
 ROD, BAR, POST = "rod", "bar", "post"
 
 _EVERY = ("wire-cut", "milled", "printed", "assembled")
@@ -64,12 +64,14 @@ PROFILES: dict[str, Profile] = {
     WIRE: Profile((0, 1, 3, 4, 5), "diameter", ("printed", "assembled")),
     NECK: Profile((3, 4, 5), "diameter", ("milled", "printed")),
     NOTCH: Profile((4,), "web", ("wire-cut", "milled", "printed")),
-    TWO_AXIS: Profile((3, 4), "web", ("milled", "printed")),
     ROUND: Profile((3, 4, 5), "web", ("milled", "printed")),
     ROD: Profile((), "diameter", _EVERY),
     BAR: Profile((), "web", _EVERY),
     POST: Profile((), "web", _EVERY),
 }
+STOUT = 4.0
+"""Radii of a notch by which a link is thicker than its web."""
+
 WIDE = (LEAF, NOTCH, BAR)
 """Profiles that are as wide as the limb."""
 
@@ -190,7 +192,7 @@ class Kind:
     def is_round(self) -> bool:
         """Whether no direction across d is its own."""
         straight = all(own[0] == own[1] == 0 for terms in self.nodes.values() for own in terms.values())
-        return straight and not {own.profile for own in self.members.values()} & {*WIDE, TWO_AXIS}
+        return straight and not {own.profile for own in self.members.values()} & set(WIDE)
 
     @cached_property
     def processes(self) -> tuple[str, ...]:
@@ -270,12 +272,13 @@ def seen_from(a: Array, b: Array) -> Array:
 LENGTH = Limit(0.15, 0.95, "room")
 LINK = Limit(0.15, 0.6, "room")
 ARM = Limit(0.1, 0.4, "size")
+ELBOW = Limit(0.15, 0.4, "size")
 WIDTH = Limit(0.1, 1.0, "width")
 THICKNESS = Limit(1.0, 4.0, "thinnest", 1 / 8)
 DIAMETER = Limit(1.0, 6.0, "thinnest", 1 / 8)
 WEB = Limit(1.0, 4.0, "thinnest")
 RADIUS = Limit(2.0, 12.0, "thinnest")
-SMALL = Limit(2.0, 12.0, "thinnest", 0.08)
+SMALL = Limit(2.0, 12.0, "thinnest", 0.06)
 """Radius of one of several notches."""
 
 _ALONG: Terms = {"length": (0, 0, 1)}
@@ -284,7 +287,7 @@ _HINGE: Terms = {"radius": (0, 0, 2)}
 _CLEAR = 0.1
 """How far feet of a folded guide are clear of what its heads are at, over the length of its leaves."""
 _ROD = tuple((profile, {"length": (0.0, 0.0, share)}) for profile, share in ((NECK, 0.12), (ROD, 0.76), (NECK, 0.12)))
-_CORNER: Terms = {"radius": (0, 0, 1.1), "web": (0, 0, 0.5)}
+_CORNER: Terms = {"radius": (0, 0, STOUT / 2 + 0.1), "web": (0, 0, 0.5)}
 """How far the middle of a link that leads away along m is beyond a notch."""
 
 
@@ -312,17 +315,15 @@ def _kinds() -> Iterator[Kind]:
     folded = {"length": LENGTH, "arm": ARM, "width": WIDTH, "thickness": THICKNESS}
     yield Kind("folded leaf", folded, _row((LEAF, _ALONG), (LEAF, _ASIDE)))
     yield Kind("notch", {"radius": RADIUS, "width": WIDTH, "web": WEB}, _row((NOTCH, _HINGE)))
-    yield Kind("two-axis neck", {"radius": RADIUS, "web": WEB}, _row((TWO_AXIS, _HINGE)))
     yield Kind("round neck", {"radius": RADIUS, "web": WEB}, _row((ROUND, _HINGE)))
     yield _on_post("notch", NOTCH, BAR, width=WIDTH)
-    yield _on_post("two-axis neck", TWO_AXIS, POST)
     yield _on_post("round neck", ROUND, POST)
     link = {"length": LINK, "radius": SMALL, "width": WIDTH, "web": WEB}
     yield Kind("notched link", link, _row((NOTCH, _HINGE), (BAR, _ALONG), (NOTCH, _HINGE)))
     aside: Terms = {"radius": (2, 0, 0)}
     knee = ((NOTCH, _HINGE), (BAR, _ALONG), (NOTCH, _HINGE), (BAR, _CORNER), (BAR, _ASIDE), (NOTCH, aside))
     yield Kind(
-        "three-notch chain", {"length": LINK, "arm": ARM, "radius": SMALL, "width": WIDTH, "web": WEB}, _row(*knee)
+        "three-notch chain", {"length": LINK, "arm": ELBOW, "radius": SMALL, "width": WIDTH, "web": WEB}, _row(*knee)
     )
     across: Terms = {"spacing": (1, 0, 0)}
     beside: Terms = {"width": (0, 1.2, 0)}
@@ -448,9 +449,9 @@ def describe_member(profile: str, m: Any, names: Mapping[str, str]) -> dict[str,
     if profile == ROD:
         return {"section": {"shape": "circle", "diameter": f"3*{thin}"}}
     if profile == POST:
-        return {"section": {"shape": "circle", "diameter": f"2*{names['radius']} + {thin}"}}
+        return {"section": {"shape": "circle", "diameter": f"{STOUT:g}*{names['radius']} + {thin}"}}
     if profile == BAR:
-        height = f"2*{names['radius']} + {thin}"
+        height = f"{STOUT:g}*{names['radius']} + {thin}"
         return {"reference": m, "section": {"shape": "rectangle", "width": names["width"], "thickness": height}}
     if profile == LEAF:
         return {"reference": m, "profile": {"type": "leaf", "width": names["width"], "thickness": thin}}
@@ -462,6 +463,4 @@ def describe_member(profile: str, m: Any, names: Mapping[str, str]) -> dict[str,
     contour = {"shape": "circular", "radius": names["radius"], "web": thin}
     if profile == NOTCH:
         return {"reference": m, "profile": {"type": "notch", "width": names["width"], "contour": contour}}
-    if profile == TWO_AXIS:
-        return {"reference": m, "profile": {"type": "two_axis", "y_contour": contour, "z_contour": contour}}
     return {"profile": {"type": "round", "contour": contour}, "integration": "tapered"}

@@ -262,7 +262,6 @@ _PLURALS = {
     "folded leaf": "folded leaves",
     "notch": "notches",
     "post on a notch": "posts on notches",
-    "post on a two-axis neck": "posts on two-axis necks",
     "post on a round neck": "posts on round necks",
     "crossed guides": "crossed guides",
 }
