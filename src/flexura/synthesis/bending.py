@@ -16,7 +16,7 @@ from flexura.arrays import Array
 from flexura.synthesis.limbs import LEAF, NECK, PROFILES, ROD, STOUT, WIDE, WIRE, seen_from
 from flexura.synthesis.patterns import Pattern
 from flexura.synthesis.topologies import Topology
-from flexura.synthesis.wish import DOFS, Room, Wish
+from flexura.synthesis.wish import Room, Wish
 
 BENDS_OVER = 1.25
 """Length over which a notch bends, over the root of its radius and web."""
@@ -27,9 +27,7 @@ SHEAR = 1 / 2.6
 
 def strain_over_stroke(topology: Topology, designs: Mapping[str, Array], wish: Wish, room: Room) -> Array:
     """The largest strain (n,) of the limbs at the end of the stroke, of designs by the names of their sizes."""
-    twist = np.zeros(6)
-    for name, amount in wish.strokes.items():
-        twist[DOFS.index(name)] = amount
+    twist = wish.stroke_twist
     shift, turned = room.turn.T @ twist[:3], room.turn.T @ twist[3:]
     axis = np.array([*room.middle[:2], 0.0])
     n, strains = len(next(iter(designs.values()))), []

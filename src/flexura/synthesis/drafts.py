@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
+import scipy.linalg
 from scipy.spatial.transform import Rotation
 
 from flexura.arrays import Array
@@ -14,7 +15,7 @@ from flexura.modelfile import described
 from flexura.synthesis.limbs import LEAF, PROFILES, Terms, describe_member
 from flexura.synthesis.patterns import ALONG, LUG, RADII, Pattern, limits_of, lug_of
 from flexura.synthesis.topologies import Topology
-from flexura.synthesis.wish import Make, Room, Wish, WishFile, si
+from flexura.synthesis.wish import DOFS, Make, Room, Wish, WishFile, si
 
 RADIUS_LIMITS = (0.3, 0.95)
 STEPS = 5
@@ -65,7 +66,7 @@ def _data(topology: Topology, file: WishFile, room: Room, name: str) -> dict[str
     data["bodies"] = _platform(wish, room, [*carried, *drives])
     if wish.platform.mass is not None:
         data["masses"] = {"payload": {"node": "platform", "mass": f"{float(wish.platform.mass):.9g} kg"}}  # type: ignore[arg-type]
-    if move := _move(wish):
+    if move := _move(wish, room):
         data["motion"] = {"move": {"about": move}, "steps": STEPS, "modes": 3}
     data["requirements"] = dict(file.required)
     return {key: value for key, value in data.items() if value}
@@ -210,13 +211,17 @@ def _drives(wish: Wish, room: Room) -> tuple[dict[str, Any], dict[str, Any]]:
     return actuators, nodes
 
 
-def _move(wish: Wish) -> dict[str, Any]:
-    """The stroke along all freedoms at once, from one end to the other."""
-    units = {name: "mrad" if name[0] == "r" else "mm" for name in wish.strokes}
-    return {
-        name: [f"{-1e3 * amount:.9g} {units[name]}", f"{1e3 * amount:.9g} {units[name]}"]
-        for name, amount in wish.strokes.items()
-    }
+def _move(wish: Wish, room: Room) -> dict[str, Any]:
+    """The stroke from one end to the other: as many components of the motion of the point of the wish as there are
+    freedoms, those that tell these apart best (Businger and Golub 1965), of which the stroke has any."""
+    end, scale = wish.stroke_twist, np.repeat([1.0, room.freedoms.length / 2], 3)
+    if not end.any():
+        return {}
+    free = np.array(list(wish.twists.values())) * scale
+    _, _, best = scipy.linalg.qr(free, mode="economic", pivoting=True)
+    end[np.abs(end * scale) < ALONG * np.abs(end * scale).max()] = 0.0
+    units = {DOFS[k]: (end[k], "mrad" if k > 2 else "mm") for k in sorted(best[: room.freedoms.dimension]) if end[k]}
+    return {name: [f"{s * 1e3 * own:.9g} {unit}" for s in (-1, 1)] for name, (own, unit) in units.items()}
 
 
 def _mm(metres: float) -> str:

@@ -3,14 +3,25 @@
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import (
+    BeforeValidator,
+    Field,
+    TypeAdapter,
+    ValidationError,
+    ValidationInfo,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
+    model_validator,
+)
 
 from flexura.arrays import Array
+from flexura.expressions import Expression
 from flexura.mechanism import (
     CATALOGUE,
     Direction,
@@ -35,6 +46,9 @@ WITHIN_YIELD = "within yield"
 
 Process = Literal["wire-cut", "milled", "printed", "assembled"]
 
+MOST_TURNED = 0.5
+"""Rad to either side."""
+
 ROOM = 0.02
 """Clearance to the faces of the envelope, over its smallest side."""
 
@@ -51,15 +65,46 @@ def _dof(raw: Any) -> Any:
 Dof = Annotated[Literal["x", "y", "z", "rx", "ry", "rz"], BeforeValidator(_dof)]
 
 
-class WishedScrew(Part):
-    """A freedom along and about an axis through a point, about which a turn of one radian advances by the pitch."""
+def _pitch(raw: Any, read: ValidatorFunctionWrapHandler) -> Scalar:
+    return np.inf if raw in ("infinite", np.inf) else read(raw)
+
+
+class Wished(Part):
+    """Part of a wish, which has no parameters."""
+
+    @model_validator(mode="after")
+    def _numbers(self) -> Self:
+        for name, value in self:
+            for own in value if isinstance(value, tuple) else (value,):
+                if isinstance(own, Expression):
+                    raise refuse(f"{name}: {own} is no number, and a wish has no parameters")
+        return self
+
+
+class WishedScrew(Wished):
+    """A freedom along and about an axis through a point, about which a turn of one radian advances by the pitch; one of
+    `infinite` pitch is a translation."""
 
     axis: Direction
     point: Vector = (0.0, 0.0, 0.0)
-    pitch: Length = 0.0
+    pitch: Annotated[Length, WrapValidator(_pitch)] = 0.0
+
+    @property
+    def turns(self) -> bool:
+        """Whether it turns."""
+        return bool(np.isfinite(si(self.pitch)))
+
+    def twist(self, about: Array) -> Array:
+        """The motion (6,) of a point by one radian, or by one metre."""
+        d = np.array(self.axis, dtype=float)
+        d /= np.linalg.norm(d)
+        if not self.turns:
+            return np.array([*d, 0.0, 0.0, 0.0])
+        arm = about - np.array(self.point, dtype=float)
+        return np.array([*(np.cross(d, arm) + si(self.pitch) * d), *d])
 
 
-class WishedFreedoms(Part):
+class WishedFreedoms(Wished):
     """What is to be free: displacements of the platform about the point of the wish, or screws."""
 
     platform: Annotated[tuple[Dof, ...], Field(max_length=6)] | None = None
@@ -74,28 +119,35 @@ class WishedFreedoms(Part):
         return self
 
 
-class Strokes(Part):
-    """How far to either side, by freedom, all at once."""
+_LENGTH, _ANGLE = TypeAdapter(PositiveLength), TypeAdapter(PositiveAngle)
 
-    x: PositiveLength | None = None
-    y: PositiveLength | None = None
-    z: PositiveLength | None = None
-    rx: PositiveAngle | None = None
-    ry: PositiveAngle | None = None
-    rz: PositiveAngle | None = None
+
+def _amount(raw: Any, info: ValidationInfo) -> Any:
+    """What is given, as a length and as an angle, as far as it is one."""
+    found = {}
+    for turns, own in ((False, _LENGTH), (True, _ANGLE)):
+        with suppress(ValidationError, TypeError):
+            found[turns] = si(own.validate_python(raw, context=info.context))
+    if not found:
+        raise refuse("a stroke is a length or an angle, positive and with its unit", "e.g. 0.5 mm or 2 deg")
+    return found
+
+
+Amount = Annotated[dict[bool, float], BeforeValidator(_amount)]
+"""A stroke by whether it turns."""
 
 
 def _by_dof(raw: Any) -> Any:
     return {_dof(name): value for name, value in raw.items()} if isinstance(raw, dict) else raw
 
 
-class Base(Part):
+class Base(Wished):
     """Where it is held: the face of the envelope that the base is, which is a coordinate plane. Posts stand on it."""
 
     plane: Literal["x-", "x+", "y-", "y+", "z-", "z+"] = "z-"
 
 
-class Platform(Part):
+class Platform(Wished):
     """What is moved: a cylinder along the normal of the base, or a box along global axes, of the material of the rest
     or of one of its own; and what it carries as well, as a mass in its middle."""
 
@@ -135,7 +187,7 @@ def _drives(raw: Any) -> Any:
     return raw
 
 
-class Make(Part):
+class Make(Wished):
     """Of what it is made and how: the material, the thinnest web, the process, and the radius of a milling tool."""
 
     material: str = "Al-7075-T6"
@@ -150,13 +202,14 @@ class Make(Part):
         return self
 
 
-class Wish(Part):
+class Wish(Wished):
     """A wish, before there is a mechanism."""
 
     freedoms: WishedFreedoms
     about: Vector = (0.0, 0.0, 0.0)
     """The point that rotations pass through."""
-    stroke: Annotated[Strokes, BeforeValidator(_by_dof)] = Strokes()
+    stroke: Annotated[dict[Name, Amount], BeforeValidator(_by_dof)] = {}
+    """How far to either side, by freedom, all at once."""
     envelope: tuple[PositiveLength, PositiveLength, PositiveLength]
     """Edges of the box along x, y and z that holds all of it. It stands on the base, with the origin in the middle."""
     base: Base = Base()
@@ -166,27 +219,36 @@ class Wish(Part):
 
     @model_validator(mode="after")
     def _agrees(self) -> Self:
-        names = self.freedoms.platform if self.freedoms.platform is not None else tuple(self.freedoms.screws)
-        for name in self.strokes:
-            if name not in names:
-                raise refuse(f"a stroke along {name}, which is no freedom", f"freedoms: {', '.join(names)}")
-        size = np.array(self.envelope, dtype=float)
-        turning = [abs(own) for name, own in self.strokes.items() if name not in "xyz"]
-        if any(angle > 0.5 for angle in turning):
-            raise refuse("a rotation of more than 0.5 rad to either side is beyond what flexures are made for")
-        for name, own in self.strokes.items():
-            if name in ("x", "y", "z") and 2 * abs(own) > size["xyz".index(name)] / 2:
+        twists, size = self.twists, np.array(self.envelope, dtype=float)
+        for name, own in self.stroke.items():
+            if name not in twists:
+                raise refuse(f"a stroke along {name}, which is no freedom", f"freedoms: {', '.join(twists)}")
+            turns = bool(twists[name][3:].any())
+            if turns not in own:
+                raise refuse(f"the stroke of {name} is {'an angle' if turns else 'a length'}")
+            if turns and own[turns] > MOST_TURNED:
+                raise refuse("a rotation of more than 0.5 rad to either side is beyond what flexures are made for")
+            along = np.abs(twists[name][:3]) * own[False] if not turns else np.zeros(3)
+            if (2 * along > size / 2).any():
+                k = int((along / size).argmax())
                 raise refuse(
-                    f"a stroke of {1e3 * abs(own):g} mm to either side along {name} is more than half of the envelope",
-                    f"the envelope is {1e3 * size['xyz'.index(name)]:g} mm there",
+                    f"a stroke of {1e3 * own[False]:g} mm to either side along {name} is more than half the envelope",
+                    f"the envelope is {1e3 * size[k]:g} mm along {'xyz'[k]}",
                 )
         return self
 
     @property
-    def strokes(self) -> dict[str, float]:
-        """How far to either side, m and rad, by the name of the freedom."""
-        every = {name: getattr(self.stroke, name) for name in DOFS}
-        return {name: si(own) for name, own in every.items() if own is not None}
+    def twists(self) -> dict[str, Array]:
+        """The wished freedoms by name, each as the motion (6,) of the point of the wish by one metre or radian."""
+        about = np.array(self.about, dtype=float)
+        dofs = {name: np.eye(6)[DOFS.index(name)] for name in self.freedoms.platform or ()}
+        return dofs | {name: own.twist(about) for name, own in self.freedoms.screws.items()}
+
+    @property
+    def stroke_twist(self) -> Array:
+        """Motion (6,) of the point of the wish to one end of the stroke, m and rad."""
+        turns = {name: bool(own[3:].any()) for name, own in self.twists.items()}
+        return sum((own[turns[name]] * self.twists[name] for name, own in self.stroke.items()), np.zeros(6))
 
 
 class WishFile(Part):
@@ -279,13 +341,6 @@ def room_of(wish: Wish) -> Room:
 
 def _freedoms(wish: Wish, turn: Array, about: Array, length: float) -> ScrewSpace:
     """The wished freedoms as twists about the origin of the room."""
-    twists = []
-    for name in wish.freedoms.platform or ():
-        d = turn.T @ np.eye(3)[DOFS.index(name) % 3]
-        twists.append([*np.cross(about, d), *d] if name[0] == "r" else [*d, 0.0, 0.0, 0.0])
-    for own in wish.freedoms.screws.values():
-        d = turn.T @ np.array(own.axis, dtype=float)
-        d /= np.linalg.norm(d)
-        p = turn.T @ np.array(own.point, dtype=float)
-        twists.append([*(np.cross(p, d) + si(own.pitch) * d), *d])
-    return ScrewSpace.of("twists", np.array(twists).reshape(-1, 6).T, length)
+    own = np.array(list(wish.twists.values())).reshape(-1, 2, 3) @ turn
+    own[:, 0] -= np.cross(own[:, 1], about)
+    return ScrewSpace.of("twists", own.reshape(-1, 6).T, length)
