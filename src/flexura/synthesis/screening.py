@@ -135,7 +135,7 @@ def gap_of(compliances: Array, room: Room) -> Array:
         C[:, i, j] = C[:, j, i] = own
     scale = np.repeat([1.0, room.freedoms.length / 2], 3)
     C = C * scale[:, None] * scale
-    F = _twists_about(room) / scale[:, None]
+    F = _twists_about(room) * scale[:, None]
     U, s, _ = np.linalg.svd(F)
     k = int((s > 1e-9).sum())
     free, rest = U[:, :k], U[:, k:]
