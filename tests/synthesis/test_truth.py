@@ -1,0 +1,62 @@
+"""Freedoms by screw theory are those that stiffness shows: the thinner the webs, the further they are from the rest.
+
+Screw theory is the limit of thin webs. Of every topology the gap grows without end as they are thinned, by four where
+leaves and wires hold it, whose bending goes with the square of their thickness more than their stretch, by less where
+necks or wires hold against leaves. The softest directions are then the wished ones, within an angle whose tangent is
+one over the root of the gap: a positive matrix of two by two with a and b on its diagonal is turned by at most half
+the angle of tangent 2 sqrt(a b) / (a - b).
+"""
+
+import numpy as np
+import pytest
+
+from flexura.full_order import plan_of
+from flexura.mechanism import with_rigid_bodies
+from flexura.study.questions import questions
+from flexura.synthesis import WishFile, room_of, topologies
+from flexura.synthesis.drafts import draft
+from flexura.synthesis.search import _COMPLIANCES, _twists_about, gap_of
+from synthesis.test_classics import wish
+
+THINNER = (0.01, 0.005)
+MANY = 12
+
+
+def apart(mechanism, room):
+    """Gap, and the sine of the largest principal angle between the softest directions and those that are wished."""
+    values = questions(plan_of(mechanism), ", ".join(_COMPLIANCES)).values({}).value
+    C, upper = np.zeros((6, 6)), np.triu_indices(6)
+    C[upper] = C.T[upper] = values[0]
+    scale = np.repeat([1.0, room.freedoms.length / 2], 3)
+    wished, _ = np.linalg.qr(_twists_about(room) * scale[:, None])
+    _, directions = np.linalg.eigh(C * scale[:, None] * scale)
+    others = directions[:, : 6 - wished.shape[1]]
+    return float(gap_of(values, room)[0]), float(np.linalg.norm(others.T @ wished, 2))
+
+
+def thinned(mechanism, by):
+    """The same with flexures that are so many times as thin as the thinnest."""
+    sizes = {
+        name: own.model_copy(update={"value": by * float(own.minimum), "minimum": None})
+        if name.endswith(("_thickness", "_diameter", "_web"))
+        else own
+        for name, own in mechanism.parameters.items()
+    }
+    return mechanism.replaced({"parameters": sizes})
+
+
+@pytest.mark.parametrize("process", ["assembled", "milled"])
+@pytest.mark.parametrize(
+    ("freedoms", "height"),
+    [(["x"], 0.0), (["z"], 0.0), (["ry"], 0.02), (["rx", "ry", "z"], 0.036), (["rz"], 0.0), (["x", "y", "rz"], 0.0)],
+    ids=lambda own: "-".join(own) if isinstance(own, list) else f"at {own}",
+)
+def test_wished_freedoms_are_the_softest_directions(freedoms, height, process):
+    own = wish(freedoms, (0.0, 0.0, height), process=process)
+    room = room_of(own)
+    listed = topologies(room, process, 3e-4)
+    for topology in listed[:: len(listed) // MANY + 1]:
+        drawn = with_rigid_bodies(draft(topology, WishFile(wish=own), room, "draft"))
+        (gap, _), (wider, sine) = (apart(thinned(drawn, by), room) for by in THINNER)
+        assert wider > 1.4 * gap, topology.name
+        assert sine**2 * wider < 1 or wider < 1.5, topology.name
