@@ -13,7 +13,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from flexura.analysis.static.counting import Count, counted_between
-from flexura.analysis.static.deformations import LEAST_GAP, SUPPORT, Skeleton
+from flexura.analysis.static.deformations import GROUND, LEAST_GAP, SUPPORT, Skeleton
 from flexura.arguments import verb
 from flexura.arrays import Array, Index
 from flexura.errors import Diagnostic
@@ -225,11 +225,14 @@ def constraints(
     Deformations of every member are divided into stiff ones, its constraints, and soft ones by a gap in its stiffness.
     Bodies and links are rigid. Motions of the bodies whose energy is in soft deformations are freedoms, and forces that
     stiff deformations exert on each other over-constraints (Maxwell 1864; Calladine 1978). Between two bodies, nodes or
-    `ground`, only members count that lie between them. `parameters` replace those of the description, SI.
+    `ground`, only members count that lie between them, and the freedoms are those of the second, or of the one that is
+    not the ground. `parameters` replace those of the description, SI.
 
     Raises ModelError; OptionError for unknown bodies, two that are one, a described pose, and where nothing is elastic.
     """
     own = unloaded(model, parameters)
+    if between is not None and list(between[1:]) == [GROUND]:
+        between = (GROUND, between[0])  # which is what others move against
     found, count, pair = counted_between(own, between)
     freedoms = _freedoms(found, count, pair)
     competitors = tuple(_competitors(found, count))
