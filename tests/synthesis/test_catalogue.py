@@ -13,7 +13,7 @@ from flexura.screws import ScrewSpace
 from flexura.study.questions import questions
 from flexura.synthesis import Wish, WishFile, room_of, topologies
 from flexura.synthesis.drafts import draft
-from flexura.synthesis.search import _COMPLIANCES, gap_of
+from flexura.synthesis.screening import COMPLIANCES, gap_of
 from geometry.test_screws import PARALLEL, P, X, Y, Z
 from synthesis.test_drafts import slim
 from synthesis.test_topologies import SIZES, borne, limbs_of
@@ -98,7 +98,7 @@ def test_a_type_is_held_as_it_is_known_to_be(name):
     assert min(own.over for own in found) == OVER.get(name, 0)
     best = slim(with_rigid_bodies(draft(found[0], WishFile(wish=wish), room, "draft")))
     if screws:
-        compliances = questions(plan_of(best), ", ".join(_COMPLIANCES)).values({}).value
+        compliances = questions(plan_of(best), ", ".join(COMPLIANCES)).values({}).value
         assert gap_of(compliances, room) > 10, found[0].name
 
 

@@ -15,7 +15,7 @@ from flexura.mechanism import with_rigid_bodies
 from flexura.study.questions import questions
 from flexura.synthesis import WishFile, room_of, topologies
 from flexura.synthesis.drafts import draft
-from flexura.synthesis.search import _COMPLIANCES, _twists_about, gap_of
+from flexura.synthesis.screening import COMPLIANCES, _twists_about, gap_of
 from synthesis.test_classics import wish
 
 THINNER = (0.01, 0.005)
@@ -24,7 +24,7 @@ MANY = 12
 
 def apart(mechanism, room):
     """Gap, and the sine of the largest principal angle between the softest directions and those that are wished."""
-    values = questions(plan_of(mechanism), ", ".join(_COMPLIANCES)).values({}).value
+    values = questions(plan_of(mechanism), ", ".join(COMPLIANCES)).values({}).value
     C, upper = np.zeros((6, 6)), np.triu_indices(6)
     C[upper] = C.T[upper] = values[0]
     scale = np.repeat([1.0, room.freedoms.length / 2], 3)

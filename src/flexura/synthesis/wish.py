@@ -264,7 +264,7 @@ class WishFile(Part):
         yield stress is not reached."""
         said = any("over stroke" in text for text in self.requirements.values())
         known = CATALOGUE[self.wish.make.material].yield_stress is not None
-        implied = {WITHIN_YIELD: "margin >= 1 over stroke"} if self.wish.strokes and known and not said else {}
+        implied = {WITHIN_YIELD: "margin >= 1 over stroke"} if self.wish.stroke and known and not said else {}
         return {**self.requirements, **implied}
 
 
