@@ -13,7 +13,7 @@ from flexura.synthesis.bending import _strains
 from flexura.synthesis.drafts import draft
 from flexura.synthesis.limbs import KINDS
 from flexura.synthesis.patterns import Pattern, sites
-from flexura.synthesis.search import _COMPLIANCES
+from flexura.synthesis.screening import COMPLIANCES
 from synthesis.test_classics import wish
 from synthesis.test_drafts import slim
 
@@ -40,7 +40,7 @@ def alone(kind):
 def compliance_at_head(topology, plan):
     """Compliance (6, 6) of the head along (m, e, d)."""
     C = np.zeros((6, 6))
-    C[np.triu_indices(6)] = questions(plan, ", ".join(_COMPLIANCES)).values({}).value[0]
+    C[np.triu_indices(6)] = questions(plan, ", ".join(COMPLIANCES)).values({}).value[0]
     axes = np.kron(np.eye(2), topology.patterns[0].axes)
     return axes.T @ (C + np.triu(C, 1).T) @ axes
 

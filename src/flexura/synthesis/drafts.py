@@ -246,7 +246,7 @@ def _point(terms: Iterable[tuple[str | None, Array]]) -> list[str | float]:
         for name, v in terms:
             if name is not None and abs(v[k]) > ALONG:
                 c = float(v[k])
-                texts.append(f"{'+' if c > 0 else '-'} {name if abs(abs(c) - 1) < ALONG else f'{abs(c):.9g}*{name}'}")
+                texts.append(f"{'+' if c > 0 else '-'} {name if abs(abs(c) - 1) < ALONG else f'{abs(c):.12g}*{name}'}")
         found.append(" ".join(texts).removeprefix("+ ") if texts else 0.0)
     return found
 
