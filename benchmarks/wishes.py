@@ -1,0 +1,427 @@
+"""What `design` finds for wishes that are read off the mechanisms of the gallery: is it as good as these?
+
+A wish has what moves and how it is to be free, the box around the mechanism, its material, its thinnest web, its
+process, its stroke and, as requirements, what the mechanism reaches itself by the same questions: its first frequency,
+its stiffness in all directions that are no freedoms, and its margin to yield over the stroke, 2 at most. What is not in
+a mechanism, which of its bodies is moved and how it is made, stands in a table here.
+
+    .venv/bin/python benchmarks/wishes.py                    all, half an hour and more
+    .venv/bin/python benchmarks/wishes.py --only z_stage     one anew; rows of others stay in wishes.csv
+    .venv/bin/python benchmarks/wishes.py --wishes DIR       wish files alone
+
+Rows go to wishes.csv one by one, designs to a folder (`--out`). The table at the end is in Markdown; `--page FILE` puts
+it between the marks of a page.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import io
+import tempfile
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from ruamel.yaml import YAML
+
+import flexura as fx
+from flexura.deadline import time_limit
+from flexura.errors import FlexuraError
+from flexura.full_order import plan_of
+from flexura.gallery import entries, entry
+from flexura.mechanism import CATALOGUE, Mechanism
+from flexura.modelfile import read_as
+from flexura.structure import solids_of
+from flexura.study.questions import questions
+from flexura.synthesis import Candidates, Room, WishFile, design, room_of
+from flexura.synthesis.search import gap_of
+from flexura.synthesis.wish import TURNS
+
+TABLE = Path(__file__).parent / "wishes.csv"
+MARKS = ("<!-- against the gallery -->", "<!-- end of against the gallery -->")
+HEAD = ("name", "freedoms", "topologies", "held_by", "met", "asked", "as_good", "gap", "own_gap", "missed", "seconds")
+DOFS = ("x", "y", "z", "rx", "ry", "rz")
+
+MOST_MARGIN = 2.0
+"""Margin to yield that is enough."""
+
+SECONDS, SAMPLES, MOST = 180.0, 32, 300
+"""Time for each, designs of each topology at rest, and topologies."""
+
+
+@dataclass(frozen=True)
+class Wished:
+    """What is wished of a mechanism: freedoms of a `body` about a point (3,), m, the middle of its platform by default.
+
+    The platform is the solid of the body, or of another one that moves with it; what else moves with it is a mass in
+    the middle of this, as large as gives no smaller inertia about wished axes. It is held at the `base`. `values` are
+    of parameters, such as a modulus of the catalogue, `more`, kg, what moves and is no body. `soft` are freedoms that
+    are to be no stiffer than its own; `cannot` says what no wish can.
+    """
+
+    body: str
+    freedoms: tuple[str, ...]
+    base: str = "z-"
+    process: str = "assembled"
+    material: str = "Al-7075-T6"
+    about: tuple[float, float, float] | None = None
+    platform: str | None = None
+    own_material: str | None = None
+    size: tuple[float, ...] | None = None
+    values: dict[str, float] = field(default_factory=dict)
+    more: float = 0.0
+    soft: tuple[str, ...] = ()
+    cannot: str = ""
+
+
+CENTRE = (0.0, 0.0, 0.0)
+STEEL, TITANIUM, ALUMINIUM = "spring-steel", "Ti-6Al-4V", "Al-6061-T6"
+SILICON = {"modulus": 169e9}
+NO_DRIVES = "drives with amplifiers are not placed"
+
+WISHED = {
+    # a disc in front of its leaves: what is behind it is the base
+    "butterfly": Wished("holder", ("ry",), "y+", material=TITANIUM, about=CENTRE),
+    "cartwheel": Wished("block", ("ry",), process="wire-cut", material=STEEL, about=CENTRE),
+    "comb_drive": Wished(
+        "shuttle", ("x",), process="printed", material="silicon", values=SILICON, more=18 * 40 * 2 * 2 * 2.33e-15
+    ),
+    "cross_spring": Wished("block", ("ry",), material=STEEL, own_material="17-4PH", about=CENTRE),
+    # drives are on three sides of the table, of which one is the base
+    "delta": Wished("table", ("x", "y", "z"), "z+", material="17-4PH", own_material="Al-7075-T6"),
+    # the stage hangs below the ground
+    "double_parallelogram": Wished("stage", ("x",), "z+", "wire-cut"),
+    "folded_mems": Wished("shuttle", ("x",), process="printed", material="silicon", values=SILICON),
+    "folded_parallelogram": Wished("shuttle", ("x",), "y-", "wire-cut", TITANIUM),
+    "four_bar": Wished("stage", ("ry",), process="wire-cut", about=CENTRE),
+    "infinity_hinge": Wished("arm", ("ry",), "x-", material=STEEL, own_material=ALUMINIUM, about=CENTRE),
+    "inverted_pendulum": Wished(
+        "leg",
+        ("x", "ry", "rz"),
+        material=STEEL,
+        platform="mass",
+        soft=("x",),
+        cannot="gravity, that takes away stiffness",
+    ),
+    "parallelogram": Wished("stage", ("x",), material=STEEL, own_material=ALUMINIUM),
+    "rcm_pivot": Wished("stage", ("ry",), process="wire-cut", about=CENTRE),
+    "rpr": Wished("platform", ("rx", "ry", "z"), process="milled"),
+    "serpentine": Wished("plate", ("x", "y", "rz"), process="printed", material="silicon", values=SILICON),
+    # plate and mirror as one disc
+    "tip_tilt": Wished(
+        "plate", ("rx", "ry"), material=STEEL, own_material="fused-silica", about=CENTRE, size=(0.032, 0.009)
+    ),
+    "wire_hexapod": Wished("plate", (), material=STEEL, own_material="Al-7075-T6", about=CENTRE),
+    "xy_parallel": Wished("table", ("x", "y"), process="wire-cut"),
+    "xy_serial": Wished("table", ("x", "y"), process="wire-cut"),
+    "z_stage": Wished("column", ("z",), material=STEEL, own_material=ALUMINIUM),
+    "zero_stiffness": Wished(
+        "beam",
+        ("ry",),
+        material=STEEL,
+        own_material=ALUMINIUM,
+        about=CENTRE,
+        soft=("ry",),
+        cannot="gravity, that takes away stiffness",
+    ),
+}
+
+UNTOLD = {
+    "bistable": "a wish has no word for a second position",
+    "bridge": NO_DRIVES,
+    "bridge_lever": NO_DRIVES,
+    "gripper": NO_DRIVES,
+    "lever": NO_DRIVES,
+    "rhombic": NO_DRIVES,
+    "scott_russell": NO_DRIVES,
+    "tip_tilt_piston": NO_DRIVES,
+    "xy_theta": NO_DRIVES,
+}
+"""Mechanisms of which no wish is read, and why."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A wish file as data, the gap of the mechanism itself, and the inertia that the wish moves over its own, by axis
+    that is free to turn."""
+
+    data: dict[str, Any]
+    own_gap: float
+    inertia: dict[str, float]
+
+
+def read_off(name: str) -> Reading:
+    """The wish of a mechanism of the gallery."""
+    wished = WISHED[name]
+    mechanism = _varied(fx.load(entry(name).path), wished)
+    plan = plan_of(mechanism)
+    model = fx.assemble(plan)
+    bars, bodies = solids_of(model)
+    k = bodies.names.index(wished.platform or wished.body)
+    corners = [bodies.pieces(n).reshape(-1, 3) for n in range(len(bodies.names))]
+    corners += [bars.pieces(n).reshape(-1, 3) for n in range(len(bars.names))]
+    low, high = np.concatenate(corners).min(axis=0), np.concatenate(corners).max(axis=0)
+    normal = TURNS[wished.base][:, 2]
+    foot = np.where(normal > 0.5, low, np.where(normal < -0.5, high, (low + high) / 2))
+    middle, half = bodies.origin[k], bodies.half[k]
+    is_round = bool(bodies.is_round[k]) and abs(bodies.axes[k][0] @ normal) > 0.99
+    size = wished.size or ((2 * half[1], 2 * half[0]) if is_round else tuple(np.abs(bodies.axes[k].T @ (2 * half))))
+    if wished.size is not None:  # as one from the face that is nearest the base
+        middle = middle + normal * (wished.size[-1] / 2 - float(half[0]))
+    about = np.array(wished.about) if wished.about is not None else middle
+    material = wished.own_material or wished.material
+    moved = [n for n in range(len(bodies.names)) if bodies.clusters[n] == bodies.clusters[k]]
+    whole = _masses(mechanism, bodies)
+    solid = (
+        CATALOGUE[material].rho * float(np.prod(size))
+        if not is_round
+        else CATALOGUE[material].rho * np.pi / 4 * size[0] ** 2 * size[1]
+    )
+    rest = sum(whole[n] for n in moved) + wished.more - float(solid)
+    axes = [own for own in wished.freedoms if own[0] == "r"]
+    own_inertia = {own: sum(_inertia(bodies, n, whole[n], about, own) for n in moved) for own in axes}
+    alone = {own: _solid_inertia(size, is_round, normal, float(solid), middle - about, own) for own in axes}
+    arms = {own: _arm(middle - about, own) for own in axes}
+    for own in axes:
+        if arms[own] > (0.1 * float(half.max())) ** 2:
+            rest = max(rest, (own_inertia[own] - alone[own]) / arms[own])
+    rest = max(rest, 0.0)
+    inertia = {own: (alone[own] + rest * arms[own]) / own_inertia[own] for own in axes}
+    wish: dict[str, Any] = {
+        "freedoms": {"platform": list(wished.freedoms)},
+        "about": _lengths(about - foot),
+        "stroke": _stroke(mechanism, wished),
+        "envelope": _lengths(np.ceil((high - low) * 1e9 - 1e-3) * 1e-9),
+        "base": {"plane": wished.base},
+        "platform": {
+            "shape": "cylinder" if is_round else "box",
+            "size": _lengths(size),
+            "at": _lengths(middle - foot),
+            "material": material,
+            "mass": f"{rest:.6g} kg",
+        },
+        "make": {"material": wished.material, "thinnest": _mm(_thinnest(bars)), "process": wished.process},
+    }
+    if rest < 1e-6 * float(solid):
+        del wish["platform"]["mass"]
+    if not wish["stroke"]:
+        del wish["stroke"]
+    room = room_of(read_as(WishFile, text_of_wish({"wish": wish}), name).wish)
+    asked, gap = _reached(mechanism, wished, about, room)
+    return Reading({"name": name, "wish": wish, "requirements": asked}, gap, inertia)
+
+
+def _varied(mechanism: Mechanism, wished: Wished) -> Mechanism:
+    """The mechanism by the theory of designs, and with values of parameters."""
+    parameters = {
+        key: own.model_copy(update={"value": wished.values[key]}) if key in wished.values else own
+        for key, own in mechanism.parameters.items()
+    }
+    return mechanism.replaced({"corrections": "auto", "theory": "rayleigh", "parameters": parameters})
+
+
+def _masses(mechanism: Mechanism, bodies: Any) -> list[float]:
+    """Mass of each body, kg."""
+    found = []
+    for n, label in enumerate(bodies.labels):
+        part = mechanism
+        *inner, body = label.split(".")
+        for key in inner:
+            part = mechanism.substructures[key]
+        name = part.bodies[body].solid.material
+        own = mechanism.materials.get(name) or CATALOGUE[name]
+        rho = own.rho if isinstance(own.rho, float) else 2330.0
+        found.append(rho * bodies.volume(n))
+    return found
+
+
+def _arm(away: np.ndarray, dof: str) -> float:
+    """Square of the distance of a point from an axis, m^2."""
+    return float(away @ away - away[DOFS.index(dof) - 3] ** 2)
+
+
+def _inertia(bodies: Any, n: int, mass: float, about: np.ndarray, dof: str) -> float:
+    """Moment of inertia of a body about an axis, kg m^2."""
+    square = (2 * bodies.half[n]) ** 2
+    own = np.array([square[1] + square[2], square[2] + square[0], square[0] + square[1]]) / 12
+    if bodies.is_round[n]:
+        r, length = bodies.half[n][1], 2 * bodies.half[n][0]
+        own = np.array([r**2 / 2, r**2 / 4 + length**2 / 12, r**2 / 4 + length**2 / 12])
+    tensor = bodies.axes[n].T @ np.diag(own) @ bodies.axes[n]
+    k = DOFS.index(dof) - 3
+    return mass * float(tensor[k, k] + _arm(bodies.origin[n] - about, dof))
+
+
+def _solid_inertia(size: Any, is_round: bool, normal: np.ndarray, mass: float, away: np.ndarray, dof: str) -> float:
+    """Moment of inertia of the platform of a wish about an axis, kg m^2."""
+    k = DOFS.index(dof) - 3
+    if is_round:
+        r, length = size[0] / 2, size[1]
+        own = r**2 / 2 if abs(normal[k]) > 0.5 else r**2 / 4 + length**2 / 12
+    else:
+        own = (sum(x**2 for x in size) - size[k] ** 2) / 12
+    return mass * float(own + _arm(away, dof))
+
+
+def _thinnest(bars: Any) -> float:
+    """The thinnest place of all members, m."""
+    return min(2 * min(float(own.y.min()), float(own.z.min())) for own in bars.lofts)
+
+
+def _stroke(mechanism: Mechanism, wished: Wished) -> dict[str, str]:
+    """What is moved, to either side, by the freedoms of the wish."""
+    found = {}
+    for moved in (mechanism.motion.move if mechanism.motion else {}).values():
+        for dof in wished.freedoms:
+            if (ends := getattr(moved, dof)) is not None:
+                amount = max(abs(float(x)) for x in np.atleast_1d(ends))
+                found[dof] = f"{1e3 * amount:.9g} {'mrad' if dof[0] == 'r' else 'mm'}"
+    return found
+
+
+def _reached(mechanism: Mechanism, wished: Wished, about: np.ndarray, room: Room) -> tuple[dict[str, str], float]:
+    """Requirements, what the mechanism reaches itself, and its gap."""
+    body = mechanism.bodies[wished.body]
+    bodies = mechanism.bodies | {wished.body: body.replaced({"carries": (*(body.carries or ()), "about")})}
+    nodes = (mechanism.nodes or {}) | {"about": tuple(float(x) for x in about)}
+    plan = plan_of(mechanism.replaced({"bodies": bodies, "nodes": nodes}))
+    names = [f"stiffness(about.{dof})" for dof in DOFS]
+    pairs = [f"compliance(about.{a}, about.{b})" for i, a in enumerate(DOFS) for b in DOFS[i:]]
+    found = questions(plan, ", ".join(["f1", *names, *pairs])).values({}).value[0]
+    asked = {"first mode": f"f1 >= {_down(found[0])} Hz"}
+    for dof, name, value in zip(DOFS, names, found[1:7], strict=True):
+        unit = "N*m/rad" if dof[0] == "r" else "N/m"
+        if dof not in wished.freedoms:
+            asked[f"stiff {dof}"] = f"{name} >= {_down(value)} {unit}"
+        elif dof in wished.soft:
+            asked[f"soft {dof}"] = f"{name} <= {_down(value)} {unit}"
+    try:
+        margin = float(questions(plan, "margin over stroke").values({}).value[0, 0])
+    except FlexuraError:  # no stroke, or no yield stress
+        margin = np.inf
+    if np.isfinite(margin):
+        asked["strong"] = f"margin >= {_down(min(margin, MOST_MARGIN))} over stroke"
+    return asked, float(gap_of(found[None, 7:], room)[0])
+
+
+def _down(value: float) -> str:
+    """A limit in three digits, no more than the number."""
+    digits = 10.0 ** (np.floor(np.log10(value)) - 2)
+    return f"{np.floor(value / digits * (1 + 1e-12)) * digits:.3g}"
+
+
+def _mm(metres: float) -> str:
+    return f"{1e3 * metres:.7g} mm"
+
+
+def _lengths(metres: Any) -> list[str]:
+    return [_mm(float(x) if abs(float(x)) > 1e-12 else 0.0) for x in metres]
+
+
+def text_of_wish(data: dict[str, Any]) -> str:
+    """A wish as the text of a file."""
+    yaml, to = YAML(), io.StringIO()
+    yaml.width = 200
+    yaml.dump(data, to)
+    return to.getvalue()
+
+
+def compared(name: str, folder: Path, seconds: float, samples: int) -> dict[str, Any]:
+    """The row of a mechanism: what is asked, the best design, what it misses."""
+    row: dict[str, Any] = dict.fromkeys(HEAD, "") | {"name": name, "as_good": "not asked"}
+    if name in UNTOLD:
+        return row | {"missed": UNTOLD[name]}
+    reading = read_off(name)
+    row |= {"own_gap": f"{reading.own_gap:.3g}", "freedoms": " ".join(WISHED[name].freedoms) or "none"}
+    row["asked"] = len(reading.data["requirements"]) + 1
+    folder.mkdir(parents=True, exist_ok=True)
+    wish = folder / "wish.yaml"
+    wish.write_text(text_of_wish(reading.data), encoding="utf-8")
+    last: list[Candidates] = []
+    start = time.monotonic()
+    error = ""
+    try:
+        with time_limit(seconds):
+            design(wish, folder=folder / "designs", samples=samples, most=MOST, workers=1, found=last.append)
+    except FlexuraError as own:
+        error = str(own)
+    row["seconds"] = f"{time.monotonic() - start:.0f}"
+    if not last:
+        return row | {"as_good": "no", "missed": error}
+    best = last[-1].candidates[0]
+    row |= {"topologies": last[-1].n_topologies, "held_by": best.topology, "met": best.n_met, "gap": f"{best.gap:.3g}"}
+    missed = [f"{own.name} {own.value / own.limit - 1:+.0%}" for own in best.requirements if own.verdict == "missed"]
+    missed += [f"{own.name} not known" for own in best.requirements if own.verdict == "not known"]
+    missed += [] if best.gap >= 10 else ["gap"]
+    return row | {"as_good": "yes" if best.meets_all else "no", "missed": ", ".join(missed)}
+
+
+def _rows() -> dict[str, dict[str, Any]]:
+    if not TABLE.exists():
+        return {}
+    with TABLE.open(encoding="utf-8", newline="") as file:
+        return {row["name"]: dict(row) for row in csv.DictReader(file)}
+
+
+def _keep(row: dict[str, Any]) -> None:
+    rows = _rows() | {row["name"]: row}
+    with TABLE.open("w", encoding="utf-8", newline="") as file:
+        to = csv.DictWriter(file, HEAD, lineterminator="\n")
+        to.writeheader()
+        to.writerows(rows[name] for name in sorted(rows))
+
+
+def table() -> str:
+    """All rows in Markdown."""
+    rows = sorted(_rows().values(), key=lambda row: row["name"])
+    good = sum(row["as_good"] == "yes" for row in rows)
+    lines = [
+        f"A design at least as good is found for {good} of the {len(rows)} mechanisms.",
+        "",
+        "| mechanism | freedoms | as good | best design is held by | met | missed | seconds |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for row in rows:
+        met = f"{row['met']} of {row['asked']}" if row["asked"] else ""
+        cells = (row["name"], row["freedoms"], row["as_good"], row["held_by"], met, row["missed"], row["seconds"])
+        lines.append("| " + " | ".join(str(own).replace("|", "/").replace("\n", " ") for own in cells) + " |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", nargs="*", default=None, metavar="NAME")
+    parser.add_argument("--wishes", type=Path, metavar="DIR")
+    parser.add_argument("--out", type=Path, metavar="DIR")
+    parser.add_argument("--seconds", type=float, default=SECONDS)
+    parser.add_argument("--samples", type=int, default=SAMPLES)
+    parser.add_argument("--page", type=Path, metavar="FILE")
+    own = parser.parse_args()
+    names = [each.name for each in entries()] if own.only is None else own.only
+    if own.wishes:
+        own.wishes.mkdir(parents=True, exist_ok=True)
+        for name in names:
+            if name in WISHED:
+                (own.wishes / f"{name}.yaml").write_text(text_of_wish(read_off(name).data), encoding="utf-8")
+        return
+    with tempfile.TemporaryDirectory() as scratch:
+        for name in names:
+            row = compared(name, (own.out or Path(scratch)) / name, own.seconds, own.samples)
+            _keep(row)
+            print(
+                *(row[key] for key in ("name", "as_good", "held_by", "met", "asked", "missed", "seconds")),
+                sep=" | ",
+                flush=True,
+            )
+    print(table())
+    if own.page:
+        before, rest = own.page.read_text(encoding="utf-8").split(MARKS[0])
+        after = rest.split(MARKS[1])[1]
+        own.page.write_text(f"{before}{MARKS[0]}\n\n{table()}\n\n{MARKS[1]}{after}", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
