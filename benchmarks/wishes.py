@@ -3,7 +3,9 @@
 A wish has what moves and how it is to be free, the box around the mechanism, its material, its thinnest web, its
 process, its stroke and, as requirements, what the mechanism reaches itself by the same questions: its first frequency,
 its stiffness in all directions that are no freedoms, and its margin to yield over the stroke, 2 at most. What is not in
-a mechanism, which of its bodies is moved and how it is made, stands in a table here.
+a mechanism, which of its bodies is moved and how it is made, stands in a table here. A design is as good where all its
+numbers are, whose model errors are those of the mechanism's, where none of its solids meet, and where its freedoms are
+as far from its constraints as they have to be, or as the mechanism's are.
 
     .venv/bin/python benchmarks/wishes.py                    all, half an hour and more
     .venv/bin/python benchmarks/wishes.py --only z_stage     one anew; rows of others stay in wishes.csv
@@ -36,8 +38,8 @@ from flexura.mechanism import CATALOGUE, Mechanism
 from flexura.modelfile import read_as
 from flexura.structure import solids_of
 from flexura.study.questions import questions
-from flexura.synthesis import Candidates, Room, WishFile, design, room_of
-from flexura.synthesis.search import gap_of
+from flexura.synthesis import LEAST_GAP, Candidates, Room, WishFile, design, room_of
+from flexura.synthesis.screening import gap_of
 from flexura.synthesis.wish import TURNS
 
 TABLE = Path(__file__).parent / "wishes.csv"
@@ -48,7 +50,7 @@ DOFS = ("x", "y", "z", "rx", "ry", "rz")
 MOST_MARGIN = 2.0
 """Margin to yield that is enough."""
 
-SECONDS, SAMPLES, MOST = 180.0, 32, 300
+SECONDS, SAMPLES, MOST = 120.0, 32, 300
 """Time for each, designs of each topology at rest, and topologies."""
 
 
@@ -108,7 +110,8 @@ WISHED = {
     ),
     "parallelogram": Wished("stage", ("x",), material=STEEL, own_material=ALUMINIUM),
     "rcm_pivot": Wished("stage", ("ry",), process="wire-cut", about=CENTRE),
-    "rpr": Wished("platform", ("rx", "ry", "z"), process="milled"),
+    # where sideways forces do not tilt it
+    "rpr": Wished("platform", ("rx", "ry", "z"), process="milled", about=(0.0, 0.0, 0.0231)),
     "serpentine": Wished("plate", ("x", "y", "rz"), process="printed", material="silicon", values=SILICON),
     # plate and mirror as one disc
     "tip_tilt": Wished(
@@ -302,7 +305,7 @@ def _reached(mechanism: Mechanism, wished: Wished, about: np.ndarray, room: Room
         margin = float(questions(plan, "margin over stroke").values({}).value[0, 0])
     except FlexuraError:  # no stroke, or no yield stress
         margin = np.inf
-    if np.isfinite(margin):
+    if np.isfinite(margin) and CATALOGUE[wished.material].yield_stress is not None:
         asked["strong"] = f"margin >= {_down(min(margin, MOST_MARGIN))} over stroke"
     return asked, float(gap_of(found[None, 7:], room)[0])
 
@@ -336,7 +339,7 @@ def compared(name: str, folder: Path, seconds: float, samples: int) -> dict[str,
         return row | {"missed": UNTOLD[name]}
     reading = read_off(name)
     row |= {"own_gap": f"{reading.own_gap:.3g}", "freedoms": " ".join(WISHED[name].freedoms) or "none"}
-    row["asked"] = len(reading.data["requirements"]) + 1
+    row["asked"] = len(reading.data["requirements"]) + 2
     folder.mkdir(parents=True, exist_ok=True)
     wish = folder / "wish.yaml"
     wish.write_text(text_of_wish(reading.data), encoding="utf-8")
@@ -355,8 +358,12 @@ def compared(name: str, folder: Path, seconds: float, samples: int) -> dict[str,
     row |= {"topologies": last[-1].n_topologies, "held_by": best.topology, "met": best.n_met, "gap": f"{best.gap:.3g}"}
     missed = [f"{own.name} {own.value / own.limit - 1:+.0%}" for own in best.requirements if own.verdict == "missed"]
     missed += [f"{own.name} not known" for own in best.requirements if own.verdict == "not known"]
-    missed += [] if best.gap >= 10 else ["gap"]
-    return row | {"as_good": "yes" if best.meets_all else "no", "missed": ", ".join(missed)}
+    missed += [f"gap {best.gap:.2g}"] * (best.gap < LEAST_GAP) + ["clashes"] * bool(best.clashes)
+    short = [
+        own for own in best.requirements if not (own.value >= own.limit if ">=" in own.text else own.value <= own.limit)
+    ]
+    good = not short and not best.clashes and best.gap >= min(LEAST_GAP, reading.own_gap)
+    return row | {"as_good": "yes" if good else "no", "missed": ", ".join(missed)}
 
 
 def _rows() -> dict[str, dict[str, Any]]:

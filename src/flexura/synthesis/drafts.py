@@ -233,7 +233,7 @@ def _vector(v: Array) -> list[float]:
 
 
 def _sum(terms: Iterable[tuple[str, float]]) -> str:
-    return " + ".join(name if abs(c - 1) < ALONG else f"{c:.9g}*{name}" for name, c in terms)
+    return " + ".join(name if abs(c - 1) < ALONG else f"{c:.12g}*{name}" for name, c in terms)
 
 
 def _point(terms: Iterable[tuple[str | None, Array]]) -> list[str | float]:

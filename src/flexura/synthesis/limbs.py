@@ -30,9 +30,9 @@ SAME = 1e-9
 
 @dataclass(frozen=True)
 class Limit:
-    """From where to where a size may go: over the room that the limb has along its axis, the smallest edge of the
-    envelope, how wide it may be, or the thinnest web; and at most so much of the room along its axis, where the
-    thinnest web allows that."""
+    """From where to where a size may go: over the room that the limb has along its axis, or across it along m, the
+    smallest edge of the envelope, how wide it may be, or the thinnest web; and at most so much of the room along its
+    axis, where the thinnest web allows that."""
 
     least: float
     most: float
@@ -184,6 +184,11 @@ class Kind:
         return "width" in self.sizes
 
     @property
+    def is_broad(self) -> bool:
+        """Whether it has a size along m."""
+        return any(limit.of == "across" for limit in self.sizes.values())
+
+    @property
     def is_one_sided(self) -> bool:
         """Whether its foot is to one side of its head along m."""
         return "arm" in self.sizes
@@ -271,8 +276,11 @@ def seen_from(a: Array, b: Array) -> Array:
 
 LENGTH = Limit(0.15, 0.95, "room")
 LINK = Limit(0.15, 0.6, "room")
-ARM = Limit(0.1, 0.4, "size")
-ELBOW = Limit(0.15, 0.4, "size")
+GUIDE = Limit(0.15, 0.75, "room")
+ARM = Limit(0.1, 0.9, "across")
+ELBOW = Limit(0.15, 0.9, "across")
+BROAD = Limit(0.1, 0.4, "across")
+SPREAD = Limit(0.1, 0.4, "size")
 WIDTH = Limit(0.1, 1.0, "width")
 THICKNESS = Limit(1.0, 4.0, "thinnest", 1 / 8)
 DIAMETER = Limit(1.0, 6.0, "thinnest", 1 / 8)
@@ -314,6 +322,8 @@ def _kinds() -> Iterator[Kind]:
     yield Kind("leaf", blade, _row((LEAF, _ALONG)))
     folded = {"length": LENGTH, "arm": ARM, "width": WIDTH, "thickness": THICKNESS}
     yield Kind("folded leaf", folded, _row((LEAF, _ALONG), (LEAF, _ASIDE)))
+    rows = _row((LEAF, _ALONG), (LEAF, _ASIDE))
+    yield Kind("leaf folded on the axis", folded, rows, {}, "length", _ALONG)
     yield Kind("notch", {"radius": RADIUS, "width": WIDTH, "web": WEB}, _row((NOTCH, _HINGE)))
     yield Kind("round neck", {"radius": RADIUS, "web": WEB}, _row((ROUND, _HINGE)))
     yield _on_post("notch", NOTCH, BAR, width=WIDTH)
@@ -331,7 +341,7 @@ def _kinds() -> Iterator[Kind]:
         "crossed pivot",
         {
             "length": Limit(0.15, 0.9, "room"),
-            "spacing": ARM,
+            "spacing": BROAD,
             "width": Limit(0.05, 0.4, "width"),
             "thickness": THICKNESS,
         },
@@ -348,9 +358,10 @@ def _kinds() -> Iterator[Kind]:
     yield Kind(
         "folded guide",
         {
-            "length": LENGTH,
-            "inner": ARM,
-            "outer": Limit(0.5, 0.9, "size"),
+            "length": GUIDE,
+            "inner": BROAD,
+            "outer": Limit(0.5, 0.9, "across"),
+            "block": Limit(0.05, 0.2, "room"),
             "width": WIDTH,
             "thickness": THICKNESS,
         },
@@ -359,7 +370,13 @@ def _kinds() -> Iterator[Kind]:
         {
             "block": (
                 {"outer": (-0.5, 0, 0), "thickness": (-2, 0, 0), "width": (0, -0.5, 0), "length": (0, 0, 1)},
-                {"outer": (0.5, 0, 0), "thickness": (2, 0, 6), "width": (0, 0.5, 0), "length": (0, 0, 1)},
+                {
+                    "outer": (0.5, 0, 0),
+                    "thickness": (2, 0, 0),
+                    "width": (0, 0.5, 0),
+                    "length": (0, 0, 1),
+                    "block": (0, 0, 1),
+                },
             )
         },
     )
@@ -389,7 +406,7 @@ def _kinds() -> Iterator[Kind]:
         {
             "length": LINK,
             "diameter": DIAMETER,
-            "spacing": ARM,
+            "spacing": SPREAD,
             "arm": ARM,
             "radius": SMALL,
             "width": WIDTH,
@@ -412,7 +429,7 @@ def _kinds() -> Iterator[Kind]:
         {
             "length": LINK,
             "diameter": DIAMETER,
-            "spacing": ARM,
+            "spacing": SPREAD,
             "arm": ARM,
             "gap": Limit(0.1, 0.3, "room"),
             "width": WIDTH,

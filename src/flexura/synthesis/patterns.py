@@ -41,6 +41,12 @@ envelope."""
 BESIDE = 0.25
 """Clearance of limbs that are wide radially from the side of the platform, over the edge of a lug."""
 
+ARM_AT = 0.4
+"""Where along a limb its arm is, over the room along it, as to how much room that has."""
+
+NARROWEST = 0.2
+"""Least room across a limb that is broad, over the smallest edge of the envelope."""
+
 SHORTEST = 0.1
 """Least length of a limb, over the smallest edge of the envelope."""
 
@@ -125,10 +131,10 @@ class Pattern:
     """Equal limbs around the axis: their kind, the site of the first, its axes (m, e, d) as columns (3, 3), and how
     many there are.
 
-    `run` is how long a limb can be before it leaves the envelope, m, and `borne` are the wrenches (6, n) of one about
-    its head, along its axes, of sizes that are told apart. Sites below the platform may be at any distance from the
-    axis unless they are `pinned`, where limbs are right at the distance alone at which they are drawn first. What is
-    pinned of the sizes of the kind is `held` at so much, m.
+    `run` is how long a limb can be before it leaves the envelope or meets another, m, and `across` how broad along m;
+    `borne` are the wrenches (6, n) of one about its head, along its axes, of sizes that are told apart. Sites below the
+    platform may be at any distance from the axis unless they are `pinned`, where limbs are right at the distance alone
+    at which they are drawn first. What is pinned of the sizes of the kind is `held` at so much, m.
 
     `share` is where between their limits sizes are drawn first. Two that would cross are `aside`, each so far along its
     width that they pass each other, which changes nothing of what they bear.
@@ -139,6 +145,7 @@ class Pattern:
     axes: Array
     count: int
     run: float
+    across: float
     borne: Array
     pinned: bool = False
     held: float = 0.0
@@ -257,8 +264,10 @@ def patterns(room: Room, process: str) -> list[Pattern]:
     for count, site in ((n, site) for n in COUNTS for site in sites(room, n)):
         F, further = (_freedoms(room, site.head(room, radius), count) for radius in RADII)
         for d in _directions(site, room.wrenches.directions_at(site.head(room))):
-            if (run := _run(room, site, d, _turns(count))) < SHORTEST * room.size:
+            if (whole := _run(room, site, d, _turns(count))) < SHORTEST * room.size:
                 continue
+            apart = min(whole, _meeting(room, site, d) - 2 * LEAST_AWAY * room.size) if count > 1 else whole
+            passing = apart < whole and count == 2 and site.where == "below" and process != "wire-cut"
             here = []
             for (k, e), sign in product(enumerate(_widths(site, d)), (1.0, -1.0)):
                 axes = np.array([_cross(sign * e, d), sign * e, d]).T
@@ -266,12 +275,19 @@ def patterns(room: Room, process: str) -> list[Pattern]:
                 work = np.abs(own.T @ every).max(axis=0, initial=0.0)
                 is_right = np.maximum.reduceat(work, first) < ALONG
                 right = [(kind, borne[kind.name], 0.0) for kind in compress(fixed, is_right)]
-                right += [found for kind in moved for found in _pinned(kind, borne[kind.name], own, run)]
+                right += [found for kind in moved for found in _pinned(kind, borne[kind.name], own, apart)]
                 for kind, W, held in right:
                     if (kind.is_round and k) or (sign < 0 and (kind.is_round or not kind.is_one_sided)):
                         continue
+                    aside = passing and kind.width and "thickness" in kind.sizes and not kind.pinned
+                    run = whole if aside else apart
+                    across = _across(room, site, ARM_AT * run * d, axes[:, 0], _turns(count), kind)
+                    if run < SHORTEST * room.size or (kind.is_broad and across < NARROWEST * room.size):
+                        continue
                     pinned = site.where == "below" and np.abs(other.T @ W).max(initial=0.0) > ALONG
-                    here.append(Pattern(kind, site, axes, count, run, W[:, : W.shape[1] // 2], bool(pinned), held))
+                    bears = W[:, : W.shape[1] // 2]
+                    own_pattern = Pattern(kind, site, axes, count, run, across, bears, bool(pinned), held, aside=aside)
+                    here.append(own_pattern)
             found += sorted(here, key=lambda own: kinds.index(own.kind))
     return found
 
@@ -321,18 +337,53 @@ def _pinned(kind: Kind, W: Array, F: Array, run: float) -> Iterator[tuple[Kind, 
         yield kind, _about(W, np.array([0.0, 0.0, away])), held
 
 
+def _meeting(room: Room, site: Site, d: Array) -> float:
+    """How far from its head a limb along d meets the axis, and so its copies, m."""
+    head = site.head(room)[:2] - room.middle[:2]
+    speed = float(d[:2] @ d[:2])
+    if speed < ALONG or abs(head[0] * d[1] - head[1] * d[0]) > ALONG * float(np.hypot(*head)):
+        return np.inf
+    way = -float(head @ d[:2]) / speed
+    return way if way > 0 else np.inf
+
+
 def _run(room: Room, site: Site, d: Array, turns: Array) -> float:
     """How long limbs may be along d before the first of them leaves the envelope, m."""
     axis = np.array([*room.middle[:2], 0.0])
-    p, v = turns @ (site.head(room) - axis) + axis - [0.0, 0.0, room.half[2]], turns @ d
+    return _way(room, turns @ (site.head(room) - axis) + axis, turns @ d)
+
+
+def _across(room: Room, site: Site, along: Array, m: Array, turns: Array, kind: Kind) -> float:
+    """How broad limbs may be along m before one of them leaves the envelope or is nearer to another, m: about their
+    head, or to one side of a point so far along (3,) from that, where the platform may be as well."""
+    axis = np.array([*room.middle[:2], 0.0])
+    point = site.head(room) + along * kind.is_one_sided
+    ways = [_way(room, turns @ (point - axis) + axis, turns @ own) for own in (m, -m)]
+    for side in (1, -1) if len(turns) > 1 else ():
+        angle = side * np.pi / len(turns)  # the plane halfway to the next copy, and how far it is
+        normal = side * site.axes @ [-np.sin(angle), np.cos(angle), 0.0]
+        left, speed = -float((point - axis) @ normal), float(m @ normal)
+        if left > 0 and abs(speed) > ALONG:
+            ways[speed < 0] = min(ways[speed < 0], left / abs(speed))
+    if not kind.is_one_sided:
+        return 2 * min(ways)
+    arms = ways[0] * (np.arange(SAMPLES) + 0.5) / SAMPLES
+    inside = room.in_platform(point + arms[:, None] * m, -0.02 * room.size)
+    return float(arms[inside.argmax()]) if inside.any() else ways[0]
+
+
+def _way(room: Room, points: Array, directions: Array) -> float:
+    """How far the first of some points (n, 3) along its direction (n, 3) is from a face of the envelope, m."""
+    p = points - [0.0, 0.0, room.half[2]]
     with np.errstate(divide="ignore", invalid="ignore"):
-        way = np.where(np.abs(v) > ALONG, (np.sign(v) * room.half - p) / v, np.inf)
+        way = np.where(np.abs(directions) > ALONG, (np.sign(directions) * room.half - p) / directions, np.inf)
     return float(way.min()) - ROOM * room.size
 
 
 def limits_of(pattern: Pattern, room: Room, thinnest: float) -> dict[str, tuple[float, float]]:
     """Least and most of each size of a limb, m."""
-    scales = {"thinnest": thinnest, "room": pattern.run, "size": room.size, "width": _width_room(pattern, room)}
+    scales = {"thinnest": thinnest, "room": pattern.run, "size": room.size, "across": pattern.across}
+    scales["width"] = _width_room(pattern, room)
     found = {}
     for name, limit in pattern.kind.sizes.items():
         low, high = limit.least * scales[limit.of], limit.most * scales[limit.of]
@@ -352,12 +403,23 @@ def _width_room(pattern: Pattern, room: Room) -> float:
     e, site = np.abs(pattern.site.axes.T @ pattern.axes[:, 1]), pattern.site
     edge = float(room.platform[:2].min())
     if site.where == "below":
-        wide = 2 * edge if pattern.count <= 2 and e[1] > 1 - ALONG and site.reach else edge
+        free = not site.reach or (pattern.count <= 2 and e[1] > 1 - ALONG)
+        wide = _extent(room, pattern.axes[:, 1]) if free else edge
     elif e[2] > ALONG:
         wide = 2 * float(room.platform[2] - abs(site.height - room.middle[2]))
     else:
         wide = edge
+    if pattern.aside:
+        wide = wide / 2 - LUG * room.size / 3
     return min(wide, pattern.run / WIDEST)
+
+
+def _extent(room: Room, e: Array) -> float:
+    """How wide the platform is along e about its middle, m."""
+    if room.shape == "cylinder":
+        return 2 * float(room.platform[0])
+    with np.errstate(divide="ignore"):
+        return 2 * float((room.platform[:2] / np.where(np.abs(e[:2]) > ALONG, np.abs(e[:2]), 0.0)).min())
 
 
 def _copies(pattern: Pattern, room: Room, sizes: Sizes, points: Array) -> Array:
@@ -415,9 +477,8 @@ def fitted(pattern: Pattern, room: Room, thinnest: float) -> Pattern | None:
         and abs(pattern.site.axes[:, 0] @ pattern.axes[:, 0]) > ALONG
     ):
         return None
-    crossing = pattern.count == 2 and pattern.site.where == "below" and "thickness" in pattern.kind.sizes
-    for share, aside in product(SHARES, (False, True) if crossing else (False,)):
-        own = replace(pattern, share=share, aside=aside)
+    for share in SHARES:
+        own = replace(pattern, share=share)
         drawn = as_drawn(own, room, thinnest)
         if not _begins(own, room, thinnest):
             continue

@@ -138,7 +138,7 @@ def _first_that_fit(every: Sequence[Pattern], room: Room, thinnest: float) -> li
     """Of patterns that bear the same and are the same but for their height, the sides of their arms and which way along
     d they lead, the one nearest the middle of the platform with the most room that fits."""
     found: dict[tuple[object, ...], tuple[int, Pattern]] = {}
-    for k in sorted(range(len(every)), key=lambda k: (abs(every[k].site.height - room.middle[2]), -every[k].run)):
+    for k in sorted(range(len(every)), key=lambda k: _roominess(every[k], room)):
         own = every[k]
         P = _rounded(_projection(own, room))
         e, d = own.axes[:, 1], own.axes[:, 2]
@@ -147,6 +147,11 @@ def _first_that_fit(every: Sequence[Pattern], room: Room, thinnest: float) -> li
         if key not in found and (fits := fitted(own, room, thinnest)):
             found[key] = k, fits
     return [own for _, own in sorted(found.values(), key=lambda own: own[0])]
+
+
+def _roominess(own: Pattern, room: Room) -> tuple[float, ...]:
+    """What patterns of the same are sorted by: nearest the middle of the platform, with the most room."""
+    return abs(own.site.height - room.middle[2]), -round(own.run, 9), -own.across
 
 
 def _rounded(own: Array) -> bytes:
@@ -260,6 +265,7 @@ def _place(site: Site, room: Room) -> str:
 _PLURALS = {
     "leaf": "leaves",
     "folded leaf": "folded leaves",
+    "leaf folded on the axis": "leaves folded on the axis",
     "notch": "notches",
     "post on a notch": "posts on notches",
     "post on a round neck": "posts on round necks",
