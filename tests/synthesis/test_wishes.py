@@ -1,0 +1,42 @@
+"""Wishes that are read off mechanisms of the gallery say what these are."""
+
+import importlib
+from pathlib import Path
+
+import pytest
+
+import flexura as fx
+from flexura.gallery import entry
+from flexura.modelfile import read_as
+from flexura.synthesis import WishFile, room_of, topologies
+
+
+@pytest.fixture
+def wishes(monkeypatch):
+    """benchmarks/wishes.py"""
+    monkeypatch.syspath_prepend(Path(__file__).parents[2] / "benchmarks")
+    return importlib.import_module("wishes")
+
+
+def test_the_wish_of_the_parallelogram_is_its_stage_on_two_leaves(wishes):
+    reading = wishes.read_off("parallelogram")
+    file = read_as(WishFile, wishes.text_of_wish(reading.data), "wish")
+    wish, room = file.wish, room_of(file.wish)
+    assert [str(own) for own in wish.freedoms.platform] == ["x"]
+    assert list(wish.envelope) == pytest.approx([0.05, 0.01, 0.062])  # leaves of 50 mm below a stage of 12 mm
+    assert list(2 * room.platform) == pytest.approx([0.05, 0.01, 0.012])
+    assert list(room.middle) == pytest.approx([0.0, 0.0, 0.056])
+    assert wish.strokes == pytest.approx({"x": 0.004})
+    assert float(wish.make.thinnest) == pytest.approx(0.4e-3)
+    mechanism = fx.load(entry("parallelogram").path)
+    [stage] = fx.free(mechanism).bodies
+    assert stage.freedom.name == "translation" and stage.gap > 10
+    limit = float(file.requirements["first mode"].split()[2])
+    assert 0.99 < limit / fx.modes(mechanism).frequency_hz[0] <= 1.0
+    listed = topologies(room, wish.make.process, float(wish.make.thinnest))
+    assert listed[0].name == "2 upright leaves below, wide tangentially"
+
+
+@pytest.mark.parametrize("name", ["cross_spring", "cartwheel", "infinity_hinge", "rpr", "tip_tilt"])
+def test_no_wish_moves_less_than_its_mechanism_about_axes_that_are_free(wishes, name):
+    assert all(own > 0.97 for own in wishes.read_off(name).inertia.values())
