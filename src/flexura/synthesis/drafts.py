@@ -13,7 +13,7 @@ from flexura.arrays import Array
 from flexura.mechanism import Mechanism, Parameter
 from flexura.modelfile import described
 from flexura.synthesis.limbs import LEAF, PROFILES, Terms, describe_member
-from flexura.synthesis.patterns import ALONG, LUG, RADII, Pattern, limits_of, lug_of
+from flexura.synthesis.patterns import ALONG, RADII, Pattern, limits_of, lug_of
 from flexura.synthesis.topologies import Topology
 from flexura.synthesis.wish import DOFS, Make, Room, Wish, WishFile, si
 
@@ -102,7 +102,7 @@ def _substructure(letter: str, own: Pattern, room: Room, make: Make) -> dict[str
     terms: list[tuple[str | None, Array]] = [(None, start)]
     if radius := _radius_name(letter, own):
         terms = [(None, start - radial * own.site.reach * RADII[0]), (radius, radial)]
-    fixed, drawn = own.shift(LUG * room.size)
+    fixed, drawn = own.shift(own.lug(room))
 
     def along(way: Terms) -> list[tuple[str | None, Array]]:
         """A way by its sizes, in the global frame."""

@@ -276,7 +276,7 @@ def seen_from(a: Array, b: Array) -> Array:
 
 LENGTH = Limit(0.15, 0.95, "room")
 LINK = Limit(0.15, 0.6, "room")
-GUIDE = Limit(0.15, 0.75, "room")
+GUIDE = Limit(0.15, 0.72, "room")
 ARM = Limit(0.1, 0.9, "across")
 ELBOW = Limit(0.15, 0.9, "across")
 BROAD = Limit(0.1, 0.4, "across")
@@ -359,7 +359,7 @@ def _kinds() -> Iterator[Kind]:
         "folded guide",
         {
             "length": GUIDE,
-            "inner": BROAD,
+            "inner": Limit(0.1, 0.48, "across"),
             "outer": Limit(0.5, 0.9, "across"),
             "block": Limit(0.05, 0.2, "room"),
             "width": WIDTH,

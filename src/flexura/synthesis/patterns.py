@@ -38,6 +38,9 @@ LUG = 0.06
 """Edge of a lug at the side of the platform, on which limbs begin that lead on beside it, over the smallest edge of the
 envelope."""
 
+STIFF = 0.12
+"""Edge of a lug of several heads, over the room across the limb."""
+
 BESIDE = 0.25
 """Clearance of limbs that are wide radially from the side of the platform, over the edge of a lug."""
 
@@ -170,6 +173,11 @@ class Pattern:
     def has_lug(self) -> bool:
         """Whether limbs begin on a lug of the platform: those that lead on beside it, and those of several heads."""
         return self.site.where == "beside" or (self.site.where == "side" and len(self.kind.heads) > 1)
+
+    def lug(self, room: Room) -> float:
+        """The edge of its lugs, m: stiff enough where it begins at the side with several heads."""
+        several = self.site.where == "side" and any(own[0] for own in self.kind.spread.values())
+        return max(LUG * room.size, STIFF * self.across * several)
 
     def shift(self, lug: float) -> tuple[Array, Terms]:
         """How limbs are drawn beside their site: so far, (3,), m, and by their sizes along (m, e, d). What they bear is
@@ -425,14 +433,14 @@ def _extent(room: Room, e: Array) -> float:
 def _copies(pattern: Pattern, room: Room, sizes: Sizes, points: Array) -> Array:
     """Points (n, 3) of a limb, along its axes from its head, in all copies (copies, n, 3), m."""
     axis = np.array([*room.middle[:2], 0.0])
-    fixed, drawn = pattern.shift(LUG * room.size)
+    fixed, drawn = pattern.shift(pattern.lug(room))
     start = pattern.site.head(room) + fixed - axis
     return (start + (place(drawn, sizes) + points) @ pattern.axes.T) @ pattern.turns().transpose(0, 2, 1) + axis
 
 
 def lug_of(pattern: Pattern, room: Room) -> tuple[Terms, Array]:
     """Edges of a lug by its sizes, and what is added to them, m, (3,): with room for all heads."""
-    edge, kind = LUG * room.size, pattern.kind
+    edge, kind = pattern.lug(room), pattern.kind
     wide = {"width": (0.0, 1.0, 0.0)} if kind.width else {}
     return plus(kind.spread, wide), edge * np.array([1.0, 2 * BESIDE if kind.width else 1.0, 1.0])
 
