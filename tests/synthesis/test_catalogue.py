@@ -14,7 +14,7 @@ from flexura.study.questions import questions
 from flexura.synthesis import Wish, WishFile, room_of, topologies
 from flexura.synthesis.drafts import draft
 from flexura.synthesis.screening import COMPLIANCES, gap_of
-from geometry.test_screws import PARALLEL, P, X, Y, Z
+from geometry.test_screws import NOT_PARALLEL, PARALLEL, P, X, Y, Z
 from synthesis.test_drafts import slim
 from synthesis.test_topologies import SIZES, borne, limbs_of
 
@@ -53,7 +53,6 @@ OVER = {
     "two pencils": 1,
     "a pencil and parallel lines": 1,
     "parallel lines of two directions": 1,
-    "hyperbolic paraboloid": 1,
     "cylinder": 2,
     "rotation": 1,
     "screw": 1,
@@ -63,7 +62,7 @@ OVER = {
 
 def laid(name):
     """Freedoms and constraints of a type in the room."""
-    twists, wrenches, *_ = PARALLEL[name]
+    twists, wrenches, *_ = (PARALLEL | NOT_PARALLEL)[name]
     unit, turn, point, to = PLACES.get(name, (0.045, AS_IS, np.zeros(3), MIDDLE))
     spaces = []
     for kind, screws, part in (("twists", twists, slice(3)), ("wrenches", wrenches, slice(3, 6))):
@@ -73,7 +72,7 @@ def laid(name):
     return spaces
 
 
-@pytest.mark.parametrize("name", [name for name in PARALLEL if name != "nothing held"])
+@pytest.mark.parametrize("name", [name for name in PARALLEL | NOT_PARALLEL if name not in ("nothing held",)])
 def test_a_type_is_held_as_it_is_known_to_be(name):
     freedoms, constraints = laid(name)
     screws = {
@@ -100,9 +99,3 @@ def test_a_type_is_held_as_it_is_known_to_be(name):
     if screws:
         compliances = questions(plan_of(best), ", ".join(COMPLIANCES)).values({}).value
         assert gap_of(compliances, room) > 10, found[0].name
-
-
-def test_freedoms_that_lines_and_guides_cannot_leave_alone_have_no_topology():
-    """Three translations: couples alone are borne, which no limb of the grammar does."""
-    wish = Wish.model_validate({"freedoms": {"platform": ["x", "y", "z"]}, "envelope": (0.2, 0.2, 0.2)})
-    assert topologies(room_of(wish), "assembled", THINNEST) == []

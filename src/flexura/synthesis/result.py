@@ -58,7 +58,7 @@ class Candidate(Record):
     def least_margin(self) -> float:
         """The least of the margins of the requirements, over the size of their limits, and of the logarithm of the gap
         over ten."""
-        return min([*map(margin_of, self.requirements), float(np.log(max(self.gap, 1e-300) / LEAST_GAP))])
+        return min([*map(margin_of, self.requirements), float(np.log(max(1e-300, self.gap) / LEAST_GAP))])
 
 
 def margin_of(own: Requirement) -> float:
@@ -93,17 +93,18 @@ class Candidates(Tabular):
         best = self.candidates[0] if self.candidates else None
         if best is None or best.meets_all:
             return ()
-        most = max(self.ruled_out, key=lambda name: self.ruled_out[name])
+        most = max(self.ruled_out.values())
+        names = [name for name, count in self.ruled_out.items() if count == most] if most else []
         missed = [own for own in best.requirements if own.verdict != "met"]
         nears = [f"{own.name}: {own.state} ({own.text})" for own in missed]
         if not best.gap >= LEAST_GAP:
-            nears.append(f"a gap of {LEAST_GAP:g}")
+            nears.append(f"freedoms: a gap of {number(best.gap, 3)}, and not {LEAST_GAP:g}")
         if best.clashes:
             nears.append(best.clashes[0])
         near = ", ".join(nears)
         text = (
-            f"no design meets all requirements; the nearest, {best.file}, misses {near}; {most} rules out the most"
-            " topologies at rest"
+            f"no design meets all requirements; the nearest, {best.file}, misses {near};"
+            f" most topologies are ruled out at rest by {' and '.join(names) or 'nothing'}: {most} of {self.n_at_rest}"
         )
         return (Diagnostic("limit", best.file, float(best.n_met), float(len(best.requirements) + 2), "1", text),)
 

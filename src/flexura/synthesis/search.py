@@ -232,20 +232,23 @@ class Store:
         mark = hashlib.sha256(f"{__version__}\n{samples}\n{text}".encode()).hexdigest()
         self.path: Path = folder / "known.jsonl"
         self.known: dict[str, dict[str, Array]] = {}
+        header = json.dumps({"wish": mark})
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            lines = self.path.read_text(encoding="utf-8").splitlines() if self.path.exists() else []
+            text = self.path.read_text(encoding="utf-8", errors="replace") if self.path.exists() else ""
+            if not text.endswith("\n"):  # new, or of a last line that was cut off
+                with self.path.open("a", encoding="utf-8") as to:
+                    to.write("\n" if text else f"{header}\n")
         except OSError as error:
             raise OptionError(f"{folder} cannot be written to: {error.strerror}") from None
-        if lines and lines[0] != json.dumps({"wish": mark}):
+        first, *lines = text.splitlines() or [header]
+        if first != header:
             raise OptionError(f"{folder} has the designs of another wish; name another folder")
-        for line in lines[1:]:
-            with suppress(ValueError):  # of a line that was cut off
+        for line in lines:
+            with suppress(ValueError, LookupError, TypeError, AttributeError):  # of a line that is damaged
                 own = json.loads(line)
                 name = own.pop("name")
                 self.known[name] = {column: np.array(values, dtype=float) for column, values in own.items()}
-        if not lines:
-            self.path.write_text(json.dumps({"wish": mark}) + "\n", encoding="utf-8")
 
     def add(self, name: str, columns: dict[str, Any]) -> None:
         """Keep what a block came to."""

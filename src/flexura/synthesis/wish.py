@@ -147,6 +147,11 @@ class Base(Wished):
     plane: Literal["x-", "x+", "y-", "y+", "z-", "z+"] = "z-"
 
 
+def _in_catalogue(material: str) -> None:
+    if material not in CATALOGUE:
+        raise refuse(f"{material} is no material of the catalogue", f"one of {', '.join(CATALOGUE)}")
+
+
 class Platform(Wished):
     """What is moved: a cylinder along the normal of the base, or a box along global axes, of the material of the rest
     or of one of its own; and what it carries as well, as a mass in its middle."""
@@ -163,6 +168,8 @@ class Platform(Wished):
     def _sized(self) -> Self:
         if self.size is not None and len(self.size) != (2 if self.shape == "cylinder" else 3):
             raise refuse("a cylinder has a diameter and a length, a box three edges")
+        if self.material is not None:
+            _in_catalogue(self.material)
         return self
 
 
@@ -197,8 +204,7 @@ class Make(Wished):
 
     @model_validator(mode="after")
     def _known(self) -> Self:
-        if self.material not in CATALOGUE:
-            raise refuse(f"{self.material} is no material of the catalogue", f"one of {', '.join(CATALOGUE)}")
+        _in_catalogue(self.material)
         return self
 
 
@@ -219,21 +225,28 @@ class Wish(Wished):
 
     @model_validator(mode="after")
     def _agrees(self) -> Self:
-        twists, size = self.twists, np.array(self.envelope, dtype=float)
+        size, turn = np.array(self.envelope, dtype=float), TURNS[self.base.plane]
+        if si(self.make.thinnest) > size.min() / 2:
+            raise refuse(
+                f"webs of {1e3 * si(self.make.thinnest):g} mm are thicker than half the envelope",
+                f"its smallest edge is {1e3 * size.min():g} mm",
+            )
+        arm = np.abs(turn.T @ size)[2] / 2 * turn[:, 2] - np.array(self.about, dtype=float)
         for name, own in self.stroke.items():
-            if name not in twists:
-                raise refuse(f"a stroke along {name}, which is no freedom", f"freedoms: {', '.join(twists)}")
-            turns = bool(twists[name][3:].any())
+            if name not in self.twists:
+                raise refuse(f"a stroke along {name}, which is no freedom", f"freedoms: {', '.join(self.twists)}")
+            v, w = np.split(self.twists[name], 2)
+            turns = bool(w.any())
             if turns not in own:
                 raise refuse(f"the stroke of {name} is {'an angle' if turns else 'a length'}")
             if turns and own[turns] > MOST_TURNED:
                 raise refuse("a rotation of more than 0.5 rad to either side is beyond what flexures are made for")
-            along = np.abs(twists[name][:3]) * own[False] if not turns else np.zeros(3)
-            if (2 * along > size / 2).any():
-                k = int((along / size).argmax())
+            moved = np.abs(v + np.cross(w, arm)) * own[turns]
+            k = int((moved / size).argmax())
+            if 4 * moved[k] > size[k]:
                 raise refuse(
-                    f"a stroke of {1e3 * own[False]:g} mm to either side along {name} is more than half the envelope",
-                    f"the envelope is {1e3 * size[k]:g} mm along {'xyz'[k]}",
+                    f"the stroke of {name} moves the middle of the envelope by {1e3 * moved[k]:g} mm to either side",
+                    f"along {'xyz'[k]}, where the envelope is {1e3 * size[k]:g} mm; in all at most half of that",
                 )
         return self
 
