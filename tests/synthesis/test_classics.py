@@ -80,3 +80,19 @@ def test_leaves_of_a_trapezoid_and_of_a_cross_pivot_meet_on_the_axis():
 
 def test_two_tilts_and_a_piston_about_a_point_at_which_no_limb_can_begin_have_no_topology():
     assert listed(["rx", "ry", "z"], (0.0, 0.0, 0.01)) == []
+
+
+def test_a_hexapod_of_three_pairs_of_wires_that_lean_to_each_other_is_among_those_that_hold_all():
+    """Of a pair the one wire leans to one side, the other, halfway to the next, to the other, as far."""
+    room = room_of(wish([]))
+    hexapods = [
+        own.patterns
+        for own in topologies(room, "assembled", 3e-4)
+        if not own.over and [(p.kind.name, p.count) for p in own.patterns] == [("wire", 3), ("wire", 3)]
+    ]
+    ways = [[p.site.axes.T @ p.axes[:, 2] for p in own] for own in hexapods]
+    mirrored = np.array([1.0, -1.0, 1.0])
+    assert any(
+        np.allclose(one, mirrored * other, atol=1e-9) and abs(one[1]) > 0.1 and abs(a.site.azimuth - b.site.azimuth) > 1
+        for (one, other), (a, b) in zip(ways, hexapods, strict=True)
+    )
