@@ -246,7 +246,7 @@ class Kind:
                 k = parts.index(self.parts[node]) if self.parts[node] != "base" else len(parts)
                 twist[:, 6 * k : 6 * k + 6] += sign * np.eye(6)
             rows.append((seen_from(points[a], points[b]) @ twist)[PROFILES[profile].borne, :-6])
-        N = np.real(la.null_space(np.concatenate(rows), SAME))
+        N = np.array(la.null_space(np.concatenate(rows), SAME), dtype=np.float64)
         return N[:6], N.shape[1]
 
 
