@@ -26,7 +26,7 @@ def test_the_wish_of_the_parallelogram_is_its_stage_on_two_leaves(wishes):
     assert list(wish.envelope) == pytest.approx([0.05, 0.01, 0.062])  # leaves of 50 mm below a stage of 12 mm
     assert list(2 * room.platform) == pytest.approx([0.05, 0.01, 0.012])
     assert list(room.middle) == pytest.approx([0.0, 0.0, 0.056])
-    assert wish.strokes == pytest.approx({"x": 0.004})
+    assert wish.stroke_twist == pytest.approx([0.004, 0, 0, 0, 0, 0])
     assert float(wish.make.thinnest) == pytest.approx(0.4e-3)
     mechanism = fx.load(entry("parallelogram").path)
     [stage] = fx.free(mechanism).bodies
