@@ -37,6 +37,9 @@ def has(found, *patterns):
     )
 
 
+WIRE_CUT, MILLED = "wire-cut", "milled"
+
+
 @pytest.mark.parametrize(
     ("asked", "classics"),
     [
@@ -59,6 +62,35 @@ def has(found, *patterns):
         pytest.param((["x", "y"],), [[["4 radial crossed guides", "wide upright"]]], id="table"),
         pytest.param(
             (["x", "y", "rz"],), [[["3 upright wires"]], [["3", "folded leaves", "wide upright"]]], id="planar"
+        ),
+        pytest.param(
+            (["x"], (0, 0, 0), "cylinder", "z-", WIRE_CUT),
+            [[["2 upright notched links below"]], [["2 upright leaves below"]]],
+            id="parallelogram of notches",
+        ),
+        pytest.param(
+            (["x", "y", "rz"], (0, 0, 0), "cylinder", "z-", WIRE_CUT),
+            [[["3 radial three-notch chains", "wide upright"]], [["3 radial folded leaves", "wide upright"]]],
+            id="3-RRR",
+        ),
+        pytest.param(
+            (["x", "y", "z"], (0, 0, 0), "cylinder", "z-", MILLED), [[["3 inward-upright delta arms"]]], id="delta"
+        ),
+        pytest.param((["x", "y", "z"],), [[["3 radial-upright linear delta arms"]]], id="linear delta"),
+        pytest.param(
+            (["ry"], (0, 0, 0.02)),
+            [[["1 upright crossed pivot in the middle below"]], [["2 upright crossed pivots below from 90 deg on"]]],
+            id="cross pivots",
+        ),
+        pytest.param(
+            (["ry"], (0, 0, 0.02), "cylinder", "z-", WIRE_CUT),
+            [[["1 upright post on a notch in the middle"]]],
+            id="notch",
+        ),
+        pytest.param(
+            (["rx", "ry", "rz"], (0, 0, 0.02), "cylinder", "z-", MILLED),
+            [[["1 upright post on a round neck in the middle"]], [["3 inward-upright necked rods"]]],
+            id="ball",
         ),
     ],
 )

@@ -34,11 +34,26 @@ def drafted(freedoms, about, process, most):
 
 
 def slim(mechanism):
-    """The same with its thinnest flexures."""
+    """The same with its thinnest flexures; notches, which bend over so little, and leaves beside wires, which are as
+    soft along themselves as leaves across, with a tenth of that."""
     sizes = mechanism.parameters
-    thin = {k: p.minimum for k, p in sizes.items() if k.endswith(("_thickness", "_diameter", "_web"))}
+
+    def thin(name):
+        letter, size = name.split("_", 1)
+        return 0.1 if size == "web" or (size == "thickness" and f"{letter}_diameter" in sizes) else 1.0
+
+    least = {
+        name: thin(name) * float(own.minimum)
+        for name, own in sizes.items()
+        if name.endswith(("_thickness", "_diameter", "_web"))
+    }
     return mechanism.replaced(
-        {"parameters": {k: p.model_copy(update={"value": thin.get(k, p.value)}) for k, p in sizes.items()}}
+        {
+            "parameters": {
+                k: p.model_copy(update={"value": least[k], "minimum": least[k]}) if k in least else p
+                for k, p in sizes.items()
+            }
+        }
     )
 
 
@@ -50,6 +65,9 @@ WISHES = [
     (["rx", "ry"], (0.0, 0.0, 0.12)),
     (["rz"], (0.0, 0.0, 0.0)),
     (["x", "y", "rz"], (0.0, 0.0, 0.0)),
+    (["x", "y", "z"], (0.0, 0.0, 0.0)),
+    (["ry"], (0.0, 0.0, 0.08)),
+    (["rx", "ry", "rz"], (0.0, 0.0, 0.06)),
     ([], (0.0, 0.0, 0.0)),
 ]
 

@@ -178,6 +178,17 @@ class Kind:
             for size in sorted(names)
         }
 
+    @cached_property
+    def face(self) -> Terms:
+        """How large it is along (m, e) where it begins, by size: its heads apart, as wide and thick as it is there."""
+        own = plus(self.spread, {"width": (0, 1, 0)}) if self.width else self.spread
+        return plus(own, {"radius": (STOUT, 0, 0), "web": (1, 0, 0)}) if self.has_thick_beginning else own
+
+    @cached_property
+    def has_thick_beginning(self) -> bool:
+        """Whether links lead on where it begins at the platform."""
+        return any(profile == BAR for row in self.rows if row.begins == "platform" for profile, _ in row.steps)
+
     @property
     def width(self) -> bool:
         """Whether it has a width along e."""
@@ -271,7 +282,8 @@ def seen_from(a: Array, b: Array) -> Array:
     Q = np.stack([np.cross(e, d), e, d], axis=-2)
     zero = np.zeros_like(Q)
     arm = np.cross(((a + b) / 2)[..., None, :], np.eye(3))  # rows: c x i; rotation by i displaces by i x c
-    return np.block([[Q, -Q @ arm.swapaxes(-1, -2)], [zero, Q]])
+    rows = [np.concatenate(own, axis=-1) for own in ((Q, -Q @ arm.swapaxes(-1, -2)), (zero, Q))]
+    return np.concatenate(rows, axis=-2)
 
 
 LENGTH = Limit(0.15, 0.95, "room")

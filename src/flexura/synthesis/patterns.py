@@ -25,7 +25,7 @@ import numpy as np
 from scipy.spatial.distance import cdist
 
 from flexura.arrays import Array
-from flexura.synthesis.limbs import KINDS, WIDE, Kind, Sizes, Terms, place, plus, unit_sizes
+from flexura.synthesis.limbs import BAR, KINDS, POST, STOUT, WIDE, Kind, Sizes, Terms, place, unit_sizes
 from flexura.synthesis.wish import ROOM, Room
 
 COUNTS = (1, 2, 3, 4)
@@ -181,19 +181,19 @@ class Pattern:
 
     def shift(self, lug: float) -> tuple[Array, Terms]:
         """How limbs are drawn beside their site: so far, (3,), m, and by their sizes along (m, e, d). What they bear is
-        the same. Those that are wide radially begin clear of the side of the platform, on a lug of some edge, m; lugs
-        of those with several heads are between them and the platform."""
+        the same. Those that are wide or thick radially begin clear of the side of the platform, on a lug of some edge,
+        m; lugs of those with several heads are between them and the platform."""
         radial = self.site.axes[:, 0]
         if self.aside:
             return self.axes[:, 1] * lug / 3, {"width": (0.0, 0.5, 0.0)}
         if self.site.where == "side" and self.has_lug:
             return radial * lug, {}
-        along = float(radial @ self.axes[:, 1])
-        if self.site.where == "beside" and self.kind.width and abs(along) > 1 - ALONG:
-            wide = plus(self.kind.spread, {"width": (0.0, 1.0, 0.0)})
-            return radial * lug * (BESIDE - 0.5), {
-                size: (0.0, 0.5 * e * float(np.sign(along)), 0.0) for size, (_, e, _) in wide.items() if e
-            }
+        for k, is_large in enumerate((self.kind.has_thick_beginning, self.kind.width)):
+            along = float(radial @ self.axes[:, k])
+            if self.site.where == "beside" and is_large and abs(along) > 1 - ALONG:
+                out = np.eye(3)[k] * np.sign(along) / 2
+                half = {size: tuple((out * c).tolist()) for size, c in self.kind.face.items() if c[k]}
+                return radial * lug * (BESIDE - 0.5), half
         return np.zeros(3), {}
 
     @property
@@ -441,8 +441,8 @@ def _copies(pattern: Pattern, room: Room, sizes: Sizes, points: Array) -> Array:
 def lug_of(pattern: Pattern, room: Room) -> tuple[Terms, Array]:
     """Edges of a lug by its sizes, and what is added to them, m, (3,): with room for all heads."""
     edge, kind = pattern.lug(room), pattern.kind
-    wide = {"width": (0.0, 1.0, 0.0)} if kind.width else {}
-    return plus(kind.spread, wide), edge * np.array([1.0, 2 * BESIDE if kind.width else 1.0, 1.0])
+    large = np.array([kind.has_thick_beginning, kind.width, False])
+    return kind.face, edge * np.where(large, 2 * BESIDE, 1.0)
 
 
 class Drawn(NamedTuple):
@@ -462,9 +462,13 @@ def as_drawn(pattern: Pattern, room: Room, thinnest: float) -> Drawn:
     sizes, kind = drawn_first(pattern, room, thinnest), pattern.kind
     nodes = kind.points(sizes)
     at = (np.arange(SAMPLES)[:, None] + 0.5) / SAMPLES
-    lines = [(nodes[a] + at * (nodes[b] - nodes[a]), profile in WIDE) for a, b, profile in kind.members.values()]
-    half = np.array([0.0, 0.4 * sizes.get("width", 0.0), 0.0])
-    members = np.concatenate([line + k * half for line, is_wide in lines for k in ((0, 1, -1) if is_wide else (0,))])
+    members = np.concatenate(
+        [
+            nodes[a] + at * (nodes[b] - nodes[a]) + aside
+            for a, b, profile in kind.members.values()
+            for aside in _edges_of(profile, nodes[b] - nodes[a], sizes)
+        ]
+    )
     corners = [(place(low, sizes), place(high, sizes)) for low, high in kind.blocks.values()]
     moving = np.concatenate([members, *(low + _FINE * (high - low) for low, high in corners)])
     every = moving
@@ -474,6 +478,16 @@ def as_drawn(pattern: Pattern, room: Room, thinnest: float) -> Drawn:
         every = np.concatenate([moving, (2 * _GRID - 1) * half - [0.0, 0.0, half[2]]])
     own = _copies(pattern, room, sizes, every)
     return Drawn(own[:, : len(members)], own[:, : len(moving)], own)
+
+
+def _edges_of(profile: str, way: Array, sizes: Sizes) -> Array:
+    """How far the middle and the edges of a member are from the line between its nodes, m, (k, 3)."""
+    e = np.array([0.0, 0.4 * sizes["width"] if profile in WIDE else 0.0, 0.0])
+    m = np.zeros(3)
+    if profile in (BAR, POST):
+        thick = STOUT * sizes["radius"] + sizes["web"]
+        m = np.cross([0.0, thick / 2, 0.0], way / np.linalg.norm(way))
+    return np.array([0 * e, e, -e, m, -m])[: 5 if m.any() else 3 if e.any() else 1]
 
 
 def fitted(pattern: Pattern, room: Room, thinnest: float) -> Pattern | None:
@@ -488,7 +502,7 @@ def fitted(pattern: Pattern, room: Room, thinnest: float) -> Pattern | None:
     for share in SHARES:
         own = replace(pattern, share=share)
         drawn = as_drawn(own, room, thinnest)
-        if not _begins(own, room, thinnest):
+        if not _begins(own, room, thinnest) or _links_meet(own, room, thinnest):
             continue
         flat = drawn.moving.reshape(-1, 3)
         if (room.outside(flat) > ALONG * room.size).any() or room.in_platform(flat, 0.02 * room.size).any():
@@ -506,3 +520,18 @@ def _begins(pattern: Pattern, room: Room, thinnest: float) -> bool:
     nodes = pattern.kind.points(sizes := drawn_first(pattern, room, thinnest))
     heads = _copies(pattern, room, sizes, np.array([nodes[head] for head in pattern.kind.heads]))
     return bool(room.in_platform(heads.reshape(-1, 3), -1e-3 * room.size).all())
+
+
+def _links_meet(pattern: Pattern, room: Room, thinnest: float) -> bool:
+    """Whether corners of links that do not begin at the platform are in it."""
+    nodes, kind = pattern.kind.points(sizes := drawn_first(pattern, room, thinnest)), pattern.kind
+    ends = [
+        nodes[node] + _edges_of(profile, nodes[b] - nodes[a], sizes)
+        for a, b, profile in kind.members.values()
+        for node in (a, b)
+        if profile == BAR and a not in kind.heads
+    ]
+    if not ends:
+        return False
+    corners = _copies(pattern, room, sizes, np.concatenate(ends))
+    return bool(room.in_platform(corners.reshape(-1, 3), 1e-3 * room.size).any())
