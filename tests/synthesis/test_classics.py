@@ -110,8 +110,10 @@ def test_leaves_of_a_trapezoid_and_of_a_cross_pivot_meet_on_the_axis():
         assert pattern.pinned
 
 
-def test_two_tilts_and_a_piston_about_a_point_at_which_no_limb_can_begin_have_no_topology():
-    assert listed(["rx", "ry", "z"], (0.0, 0.0, 0.01)) == []
+def test_two_tilts_and_a_piston_about_a_point_at_which_no_limb_can_begin_are_left_by_leaves_folded_there_alone():
+    found = listed(["rx", "ry", "z"], (0.0, 0.0, 0.01))
+    assert "3 upright leaves folded on the axis below" in found[0].name
+    assert {pattern.kind.name for own in found for pattern in own.patterns} == {"leaf folded on the axis"}
 
 
 def test_a_hexapod_of_three_pairs_of_wires_that_lean_to_each_other_is_among_those_that_hold_all():

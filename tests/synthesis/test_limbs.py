@@ -32,7 +32,7 @@ def alone(kind):
     room = room_of(own)
     (site,) = (own for own in sites(room, 1) if not own.reach)
     axes = np.array([[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]])
-    topology = Topology((Pattern(kind, site, axes, 1, 0.12, np.zeros((6, 0)), held=HELD),), 0, kind.name)
+    topology = Topology((Pattern(kind, site, axes, 1, 0.12, 0.1, np.zeros((6, 0)), held=HELD),), 0, kind.name)
     np.testing.assert_allclose(site.head(room), room.about)
     return topology, draft(topology, WishFile(wish=own), room, "alone")
 
