@@ -10,7 +10,7 @@ from scipy.stats import qmc
 
 from flexura.analysis import check
 from flexura.arrays import Array
-from flexura.errors import FlexuraError
+from flexura.errors import FlexuraError, ModelError
 from flexura.full_order import plan_of
 from flexura.mechanism import CATALOGUE, Mechanism, with_rigid_bodies
 from flexura.study.questions import questions, relation
@@ -34,7 +34,7 @@ class AtRest:
 
     A block has the `values` (k, p) of the best designs of a topology, best first, in the order of its parameters, the
     `margins` (k, r) of the requirements that are asked at rest, nan where there is none, the `gap` (k,), and the
-    `score` (k,) by which they are best.
+    `score` (k,) by which they are best; all nan where limbs cannot be made with the tool.
     """
 
     file: WishFile
@@ -66,7 +66,11 @@ class AtRest:
     def __call__(self, number: int) -> dict[str, Array]:
         """The best designs of a topology."""
         own = self.listed[number]
-        plan = plan_of(with_rigid_bodies(draft(own, self.file, self.room, "draft")))
+        try:
+            plan = plan_of(with_rigid_bodies(draft(own, self.file, self.room, "draft")))
+        except ModelError:  # of limbs that are too short for the radius of the tool
+            rows = {"values": (1, 1), "margins": (1, len(self.required)), "gap": (1,), "score": (1,)}
+            return {name: np.full(shape, np.nan) for name, shape in rows.items()}
         parameters = plan.mechanism.parameters
         low, high = (np.array([float(getattr(p, end)) for p in parameters.values()]) for end in ("minimum", "maximum"))
         unit = qmc.Halton(len(low), seed=np.random.default_rng(number)).random(self.samples)
