@@ -35,6 +35,7 @@ def borne(kind, head, axes, held, sizes):
             "necked rod": [line(head, d)],
             "leaf": [line(head, d), line(head, e), couple(m)],
             "folded leaf": [line(head + sizes.get("length", 0.0) * d, e)],
+            "leaf folded on the axis": [line(centre, e)],
             "notch": [*forces, couple(m), couple(d)],
             "round neck": forces,
             "folded guide": [line(head, e), line(head, d), couple(m), couple(e), couple(d)],
