@@ -145,8 +145,10 @@ from flexura.mechanism.planar import edges_of as edges_of
 from flexura.mechanism.quantity import CONTEXT_KEY as CONTEXT_KEY
 from flexura.mechanism.quantity import Length as Length
 from flexura.mechanism.quantity import PositiveAngle as PositiveAngle
+from flexura.mechanism.quantity import PositiveForce as PositiveForce
 from flexura.mechanism.quantity import PositiveLength as PositiveLength
 from flexura.mechanism.quantity import PositiveMass as PositiveMass
+from flexura.mechanism.quantity import PositiveStiffness as PositiveStiffness
 from flexura.mechanism.quantity import Quantity as Quantity
 from flexura.mechanism.quantity import Scalar as Scalar
 from flexura.mechanism.section import Circle as Circle

@@ -27,7 +27,8 @@ SHEAR = 1 / 2.6
 
 def strain_over_stroke(topology: Topology, designs: Mapping[str, Array], wish: Wish, room: Room) -> Array:
     """The largest strain (n,) of the limbs at the end of the stroke, of designs by the names of their sizes."""
-    twist = wish.stroke_twist
+    ways = 2 if topology.drive is not None else 1  # the platform is drawn where its stacks are off, at one end
+    twist = ways * wish.stroke_twist
     shift, turned = room.turn.T @ twist[:3], room.turn.T @ twist[3:]
     axis = np.array([*room.middle[:2], 0.0])
     n, strains = len(next(iter(designs.values()))), []

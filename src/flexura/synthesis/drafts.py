@@ -12,6 +12,8 @@ from scipy.spatial.transform import Rotation
 from flexura.arrays import Array
 from flexura.mechanism import Mechanism, Parameter
 from flexura.modelfile import described
+from flexura.synthesis.amplifiers import ZERO, Drive, substructures
+from flexura.synthesis.drives import motion, reach
 from flexura.synthesis.limbs import LEAF, PROFILES, Terms, describe_member
 from flexura.synthesis.patterns import ALONG, RADII, Pattern, limits_of, lug_of
 from flexura.synthesis.topologies import Topology
@@ -61,14 +63,21 @@ def _data(topology: Topology, file: WishFile, room: Room, name: str) -> dict[str
         copies = f"{letter}*" if own.count > 1 else letter
         carried += [f"{copies}.lug"] if own.has_lug else [f"{copies}.{head}" for head in own.kind.heads]
         data["ground"] |= {f"{copies}.{foot}": "clamped" for foot in own.kind.feet}
-    data["actuators"], drives = _drives(wish, room)
-    data["nodes"] |= drives
-    data["bodies"] = _platform(wish, room, [*carried, *drives])
+    required = dict(file.required)
+    move = {"about": own} if (own := _move(wish, room)) else {}
+    if topology.drive is not None:
+        carried += _stacks(data, topology.drive, room, wish.make.material)
+        move, required = motion(topology.drive), {**reach(topology.drive, wish), **required}
+    else:
+        data["actuators"], drives = _drives(wish, room)
+        data["nodes"] |= drives
+        carried += drives
+    data["bodies"] = _platform(wish, room, carried)
     if wish.platform.mass is not None:
         data["masses"] = {"payload": {"node": "platform", "mass": f"{float(wish.platform.mass):.9g} kg"}}  # type: ignore[arg-type]
-    if move := _move(wish, room):
-        data["motion"] = {"move": {"about": move}, "steps": STEPS, "modes": 3}
-    data["requirements"] = dict(file.required)
+    if move:
+        data["motion"] = {"move": move, "steps": STEPS, "modes": 3}
+    data["requirements"] = required
     return {key: value for key, value in data.items() if value}
 
 
@@ -199,7 +208,7 @@ def _platform(wish: Wish, room: Room, carried: list[str]) -> dict[str, Any]:
 def _drives(wish: Wish, room: Room) -> tuple[dict[str, Any], dict[str, Any]]:
     """Voice coils that push at the platform, and the nodes at which they do."""
     own = wish.drives
-    if own is None:
+    if own is None or own.is_stacks:
         return {}, {}
     actuators, nodes = {}, {}
     for k in range(own.count):
@@ -209,6 +218,26 @@ def _drives(wish: Wish, room: Room) -> tuple[dict[str, Any], dict[str, Any]]:
         nodes[f"push{k + 1}"] = _point([(None, room.turn @ x)])
         actuators[f"drive{k + 1}"] = {"type": "force", "nodes": [f"push{k + 1}"], "direction": own.along}
     return actuators, nodes
+
+
+def _stacks(data: dict[str, Any], drive: Drive, room: Room, material: str) -> list[str]:
+    """Add piezo stacks with their amplifiers; what of them the platform carries."""
+    parts = drive.amplifier.parts(drive.stack, material)
+    data["parameters"] |= {
+        f"drive_{name}": {"value": _mm(own.value), "minimum": _mm(own.least), "maximum": _mm(own.most)}
+        for name, own in drive.sizes.items()
+    }
+    tip = "tip"
+    if drive.lug is not None:
+        tip = "lug"
+        low, high = ([ZERO + float(x) for x in corner] for corner in drive.lug)
+        parts.box(tip, low, high, ["tip"], material)
+    data["substructures"] |= substructures(parts, drive.stack, tip)
+    for k, (head, frame) in enumerate(zip(drive.heads, drive.frames, strict=True)):
+        placed = {"at": _point([(None, room.turn @ head)]), "rotate": _rotation(room.turn @ frame)}
+        data["instances"][f"drive{k + 1}"] = {"of": "drive", **placed}
+    data["ground"] |= {f"drive*.{held}": "clamped" for held in parts.held}
+    return [f"drive*.{tip}"]
 
 
 def _move(wish: Wish, room: Room) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from flexura.study.questions import questions, relation
 from flexura.study.requirements import Requirement, requirements
 from flexura.synthesis.drafts import draft, with_values
 from flexura.synthesis.result import LEAST_GAP, Candidate, freedoms_in_short
-from flexura.synthesis.screening import COMPLIANCES, AtRest, clashes_of, gap_of
+from flexura.synthesis.screening import AtRest, clashes_of
 from flexura.synthesis.wish import DOFS, Room, Wish
 
 SPARE = 0.05
@@ -60,7 +60,8 @@ def judged(of: AtRest, number: int, values: Array) -> Judged:
     mechanism = with_values(mechanism, dict(zip(mechanism.parameters, values, strict=True)))
     plan = plan_of(mechanism)
     found = requirements(plan) if mechanism.requirements else None
-    asked = questions(plan, ", ".join(["f1", "mass", *COMPLIANCES])).values({}).value[0]
+    asked = questions(plan, "f1, mass").values({}).value[0]
+    sizes = {name: np.array([float(p.value)]) for name, p in mechanism.parameters.items()}  # type: ignore[arg-type]
     meeting = () if found is None else tuple(own.text for own in found.limits if own.kind == "contact")
     return Judged(
         number,
@@ -71,7 +72,7 @@ def judged(of: AtRest, number: int, values: Array) -> Judged:
             freedoms=freedoms_in_short(of.room.freedoms),
             limbs=own.n_limbs,
             over=own.over,
-            gap=float(gap_of(asked[None, 2:], of.room)[0]),
+            gap=float(of.gaps(own, plan, sizes)[0]),
             first_hz=float(asked[0]),
             mass=float(asked[1]),
             requirements=() if found is None else found.requirements,
@@ -108,7 +109,8 @@ class Optima:
             rigid = requirements(stiff).requirements if stiff.requirements else ()
             pairs = zip(own.candidate.requirements, rigid, strict=True)
             limits = [with_spare(stiff, bending, promised.value) for bending, promised in pairs]
-            limits += _apart(self.at_rest.file.wish, self.at_rest.room)
+            if self.at_rest.listed[own.number].drive is None:  # stacks are stiff in what is free
+                limits += _apart(self.at_rest.file.wish, self.at_rest.room)
             found, ended = climbed(stiff, maximise="f1", subject_to=limits, accuracy=ACCURACY, seconds=SECONDS)
         except FlexuraError:
             return {"values": np.array([]), "ended": np.array(True)}

@@ -490,6 +490,15 @@ def _edges_of(profile: str, way: Array, sizes: Sizes) -> Array:
     return np.array([0 * e, e, -e, m, -m])[: 5 if m.any() else 3 if e.any() else 1]
 
 
+def obstacles(pattern: Pattern, room: Room, thinnest: float) -> Array:
+    """Points (n, 3), m, of limbs as drawn first, and from their feet down to the base, where posts may stand."""
+    nodes = pattern.kind.points(sizes := drawn_first(pattern, room, thinnest))
+    feet = _copies(pattern, room, sizes, np.array([nodes[foot] for foot in pattern.kind.feet])).reshape(-1, 3)
+    posts = np.repeat(feet[:, None], SAMPLES, axis=1)
+    posts[:, :, 2] *= np.linspace(0.0, 1.0, SAMPLES)
+    return np.concatenate([as_drawn(pattern, room, thinnest).all.reshape(-1, 3), posts.reshape(-1, 3)])
+
+
 def fitted(pattern: Pattern, room: Room, thinnest: float) -> Pattern | None:
     """The pattern with the first sizes at which all copies are within the envelope, outside of the platform, begin at
     it and are clear of each other; None where there are none."""

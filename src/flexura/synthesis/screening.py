@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -13,9 +14,11 @@ from flexura.arrays import Array
 from flexura.errors import FlexuraError, ModelError
 from flexura.full_order import plan_of
 from flexura.mechanism import CATALOGUE, Mechanism, with_rigid_bodies
+from flexura.structure import Plan
 from flexura.study.questions import questions, relation
 from flexura.synthesis.bending import strain_over_stroke
 from flexura.synthesis.drafts import draft, with_values
+from flexura.synthesis.drives import reach
 from flexura.synthesis.result import LEAST_GAP
 from flexura.synthesis.topologies import Topology
 from flexura.synthesis.wish import DOFS, Room, WishFile, si
@@ -51,10 +54,18 @@ class AtRest:
         """Topologies in words."""
         return f"topology {', '.join(str(n + 1) for n in numbers)}"
 
-    @cached_property
-    def required(self) -> dict[str, str]:
-        """Requirements that ask nothing at poses, of strokes or stresses."""
-        return {name: text for name, text in self.file.required.items() if is_at_rest(text)}
+    def required_of(self, own: Topology) -> dict[str, str]:
+        """Requirements that ask nothing at poses, of strokes or stresses, by names that are the same of all
+        topologies; how far stacks reach is asked of each by its own drives."""
+        found = {**(reach(own.drive, self.file.wish) if own.drive else {}), **self.file.required}
+        return {name: text for name, text in found.items() if is_at_rest(text)}
+
+    def gaps(self, own: Topology, plan: Plan, designs: Mapping[str, Array]) -> Array:
+        """The gap (n,) of designs of a topology, without its stacks, as these are what moves the freedoms."""
+        if own.drive is not None:
+            plan = plan_of(with_rigid_bodies(draft(replace(own, drive=None), self.file, self.room, "draft")))
+            designs = {name: designs[name] for name in plan.mechanism.parameters}
+        return gap_of(questions(plan, ", ".join(COMPLIANCES)).values(designs).value, self.room)
 
     @cached_property
     def allowed(self) -> float:
@@ -69,7 +80,7 @@ class AtRest:
         try:
             plan = plan_of(with_rigid_bodies(draft(own, self.file, self.room, "draft")))
         except ModelError:  # of limbs that are too short for the radius of the tool
-            rows = {"values": (1, 1), "margins": (1, len(self.required)), "gap": (1,), "score": (1,)}
+            rows = {"values": (1, 1), "margins": (1, len(self.required_of(own))), "gap": (1,), "score": (1,)}
             return {name: np.full(shape, np.nan) for name, shape in rows.items()}
         parameters = plan.mechanism.parameters
         low, high = (np.array([float(getattr(p, end)) for p in parameters.values()]) for end in ("minimum", "maximum"))
@@ -77,9 +88,9 @@ class AtRest:
         drawn = [float(p.value) for p in parameters.values()]  # type: ignore[arg-type]
         values = np.concatenate([[drawn], low + unit * (high - low)])
         designs = dict(zip(parameters, values.T, strict=True))
-        relations = [relation(plan, text) for text in self.required.values()]
+        relations = [relation(plan, text) for text in self.required_of(own).values()]
         margins = np.array([own.margin(designs) for own in relations]).reshape(len(relations), len(values))
-        gaps = gap_of(questions(plan, ", ".join(COMPLIANCES)).values(designs).value, self.room)
+        gaps = self.gaps(own, plan, designs)
         spare = self.allowed / np.maximum(strain_over_stroke(own, designs, self.file.wish, self.room), ROUND_OFF)
         with np.errstate(divide="ignore"):
             apart = np.minimum(np.log(gaps / LEAST_GAP), np.log(spare)) / 3
@@ -116,7 +127,7 @@ class OverStroke:
         plan = plan_of(with_rigid_bodies(mechanism))
         designs = dict(zip(mechanism.parameters, values.T, strict=True))
         margins = np.ones((1, len(values)))
-        for text in of.file.required.values():
+        for text in mechanism.requirements.values():
             try:
                 margins = np.vstack([margins, relation(plan, text).margin(designs)])
             except FlexuraError:  # where no pose is found

@@ -25,6 +25,7 @@ from flexura.modelfile import read_as, save, text_of
 from flexura.study.engine import Blocks, blocks_of
 from flexura.study.requirements import described_relations
 from flexura.synthesis.drafts import draft
+from flexura.synthesis.drives import driven
 from flexura.synthesis.optima import SECONDS, Judged, Optima, judged
 from flexura.synthesis.result import LEAST_GAP, Candidate, Candidates, freedoms_in_short
 from flexura.synthesis.screening import AtRest, OverStroke
@@ -76,6 +77,8 @@ def design(
     listed = topologies(room, file.wish.make.process, si(file.wish.make.thinnest))
     if not listed:
         raise OptionError(_nothing(file, room))
+    if file.wish.drives is not None and file.wish.drives.is_stacks:
+        listed = driven(listed, room, file.wish, si(file.wish.make.thinnest))
     described_relations(plan_of(draft(listed[0], file, room, file.name)))  # what cannot be asked is told before
     work = AtRest(file, room, tuple(listed[:most]), samples)
     store = Store(Path(folder), text, samples)
@@ -193,10 +196,11 @@ class _Written:
 
     def various(self) -> list[Judged]:
         """The best of each set of kinds and numbers of limbs, best first, then the second ones, and so on."""
-        places: dict[tuple[tuple[str, int], ...], int] = {}
+        places: dict[tuple[object, ...], int] = {}
         turns = list[tuple[int, Judged]]()
         for own in self.ranked:
-            limbs = tuple((p.kind.name, p.count) for p in self.work.listed[own.number].patterns)
+            of = self.work.listed[own.number]
+            limbs = (of.drive and of.drive.kind, *((p.kind.name, p.count) for p in of.patterns))
             places[limbs] = place = places.get(limbs, 0) + 1
             turns.append((place, own))
         return [own for _, own in sorted(turns, key=lambda turn: turn[0])]
@@ -285,10 +289,10 @@ def _nothing(file: WishFile, room: Room) -> str:
 
 def _ruled_out(work: AtRest, at_rest: dict[int, dict[str, Array]]) -> dict[str, int]:
     """How many topologies miss each requirement that is asked at rest, in the best design that was found."""
-    counts = dict.fromkeys(["freedoms", *work.required], 0)
+    counts = dict.fromkeys(["freedoms", *(names := work.required_of(work.listed[0]))], 0)
     for known in at_rest.values():
         counts["freedoms"] += not known["gap"][0] >= LEAST_GAP
-        for name, margin in zip(work.required, known["margins"][0], strict=True):
+        for name, margin in zip(names, known["margins"][0], strict=True):
             counts[name] += not margin >= 0
     return counts
 

@@ -17,6 +17,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from flexura.arrays import Array, Index
+from flexura.synthesis.amplifiers import Drive
 from flexura.synthesis.limbs import KINDS, unit_sizes
 from flexura.synthesis.patterns import ALONG, LEAST_AWAY, Pattern, Site, about_z, as_drawn, fitted, patterns
 from flexura.synthesis.wish import Room
@@ -28,11 +29,12 @@ RANK = 1e-6
 @dataclass(frozen=True)
 class Topology:
     """Patterns of limbs that hold the platform together. `over` counts constraints of single limbs beyond those that
-    are needed; the `name` is such as `3 tangential wires at the side`."""
+    are needed; the `name` is such as `3 tangential wires at the side`. Piezo stacks move it by a `drive`."""
 
     patterns: tuple[Pattern, ...]
     over: int
     name: str
+    drive: Drive | None = None
 
     @property
     def n_limbs(self) -> int:

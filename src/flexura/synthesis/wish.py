@@ -6,7 +6,7 @@ import re
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
 import numpy as np
 from pydantic import (
@@ -30,8 +30,10 @@ from flexura.mechanism import (
     Name,
     Part,
     PositiveAngle,
+    PositiveForce,
     PositiveLength,
     PositiveMass,
+    PositiveStiffness,
     Question,
     Scalar,
     Vector,
@@ -51,6 +53,24 @@ MOST_TURNED = 0.5
 
 ROOM = 0.02
 """Clearance to the faces of the envelope, over its smallest side."""
+
+
+CERAMIC = 7800.0
+"""Density of the ceramic of stacks, kg/m^3."""
+
+
+class Stack(NamedTuple):
+    """A piezo stack: its largest expansion without load, m, stiffness, N/m, length and edge, m, and mass, kg."""
+
+    free_stroke: float
+    stiffness: float
+    length: float
+    edge: float
+    mass: float
+
+
+STACK = Stack(15e-6, 50e6, 18e-3, 5e-3, CERAMIC * 18e-3 * 5e-3**2)
+"""An ordinary multilayer stack: about a thousandth of its length, 750 N blocked."""
 
 
 def si(value: Scalar) -> float:
@@ -173,15 +193,56 @@ class Platform(Wished):
         return self
 
 
-_DRIVES = re.compile(r"(\d+)\s+(voice coil)s?\s+along\s+(x|y|z)")
+_DRIVES = re.compile(r"(\d+)\s+(voice coil|piezo stack)s?\s+along\s+(x|y|z)")
 
 
-class Drives(Part):
-    """So many drives of one kind along one axis, evenly around the middle of the platform where there are several."""
+class Drives(Wished):
+    """So many drives of one kind along one axis, evenly around the middle of the platform where there are several.
 
-    kind: Literal["voice coil"]
+    Piezo stacks are what their data sheets say: two of free stroke, blocked force and stiffness, the length, the edge
+    of their square section and the mass. Without any of these they are ordinary multilayer stacks.
+    """
+
+    kind: Literal["voice coil", "piezo stack"]
     count: Annotated[int, Field(ge=1, le=6)]
     along: Literal["x", "y", "z"]
+    free_stroke: PositiveLength | None = None
+    blocked_force: PositiveForce | None = None
+    stiffness: PositiveStiffness | None = None
+    length: PositiveLength | None = None
+    edge: PositiveLength | None = None
+    mass: PositiveMass | None = None
+
+    @model_validator(mode="after")
+    def _of_a_data_sheet(self) -> Self:
+        three = (self.free_stroke, self.blocked_force, self.stiffness)
+        given = [*three, self.length, self.edge, self.mass]
+        if self.kind == "voice coil" and any(value is not None for value in given):
+            raise refuse("voice coils have a count and an axis alone")
+        if any(value is not None for value in given):
+            if sum(value is not None for value in three) != 2:
+                raise refuse("a stack has two of free_stroke, blocked_force and stiffness", "the third follows")
+            if self.length is None or self.edge is None:
+                raise refuse("a stack has a length and an edge", "e.g. length: 18 mm, edge: 5 mm")
+        return self
+
+    @property
+    def is_stacks(self) -> bool:
+        """Whether they are piezo stacks."""
+        return self.kind == "piezo stack"
+
+    @property
+    def stack(self) -> Stack:
+        """The stack of which there are so many; without its mass given as dense as its ceramic."""
+        if self.length is None or self.edge is None:
+            return STACK
+        stroke, force, k = (
+            0.0 if own is None else si(own) for own in (self.free_stroke, self.blocked_force, self.stiffness)
+        )
+        length, edge = si(self.length), si(self.edge)
+        stroke = stroke or force / k
+        mass = si(self.mass) if self.mass is not None else CERAMIC * length * edge**2
+        return Stack(stroke, k or force / stroke, length, edge, mass)
 
 
 def _drives(raw: Any) -> Any:
@@ -190,7 +251,8 @@ def _drives(raw: Any) -> Any:
     if isinstance(raw, str):
         if found := _DRIVES.fullmatch(raw.strip()):
             return {"count": int(found[1]), "kind": found[2], "along": found[3]}
-        raise refuse("drives are so many of a kind along an axis", "e.g. 3 voice coils along z, or none")
+        hint = "e.g. 3 voice coils along z, 3 piezo stacks along z, or none"
+        raise refuse("drives are so many of a kind along an axis", hint)
     return raw
 
 
@@ -225,6 +287,8 @@ class Wish(Wished):
 
     @model_validator(mode="after")
     def _agrees(self) -> Self:
+        if self.drives is not None and self.drives.is_stacks and not (self.stroke and self.freedoms.platform):
+            raise refuse("piezo stacks are chosen by strokes of platform, and none is given", "e.g. stroke: {z: 50 um}")
         size, turn = np.array(self.envelope, dtype=float), TURNS[self.base.plane]
         second = float(np.sort(size)[1])  # a layer may be as thin as its webs
         if si(self.make.thinnest) > second / 2:
@@ -271,6 +335,13 @@ class WishFile(Part):
     name: Label = "wish"
     wish: Wish
     requirements: dict[Label, Question] = {}
+
+    @model_validator(mode="after")
+    def _names(self) -> Self:
+        stacks = self.wish.drives is not None and self.wish.drives.is_stacks
+        if stacks and any(name.startswith("reach") for name in self.requirements):
+            raise refuse("requirements whose names begin with reach are those of the stacks", "name it otherwise")
+        return self
 
     @property
     def required(self) -> dict[str, str]:

@@ -1,0 +1,300 @@
+"""Piezo stacks that move the platform along what is wished: where they stand, with which amplifiers, how far they go.
+
+Stacks push at the platform along one axis. Along the normal of the base they stand below the platform, evenly around
+its middle at some azimuth and distance; along another axis they lie beside the platform, or below it at a lug of it.
+Each topology is combined with each way to make their stroke longer that may reach: none, a bridge, a lever. It may
+where its ratio, at the first sizes that fit, is at least the way of the platform at the drive over the free stroke. A
+drive is placed where it is first clear of the limbs as these are drawn first, and of what is below their feet.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import product
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from flexura.arrays import Array
+from flexura.errors import OptionError
+from flexura.synthesis.amplifiers import AMPLIFIERS, Amplifier, Drive, Size, hull_of
+from flexura.synthesis.patterns import ALONG, LEAST_AWAY, obstacles
+from flexura.synthesis.topologies import Topology
+from flexura.synthesis.wish import DOFS, ROOM, Room, Stack, Wish
+
+DISTANCES = (0.7, 0.85, 0.5)
+"""Of drives from the middle, over the way to the edge of the platform."""
+
+AZIMUTHS = 24
+"""Steps of a turn."""
+
+AT_LUGS = (0.6, 0.3, 0.0)
+"""How far lugs below the platform are from its middle towards where drives push, over the way to its edge."""
+
+LONGEST_ROD, SHORTEST_ROD = 3.0, 0.8
+"""Over the edge of the stack."""
+
+AMPLE = 2.0
+"""How many times as far as is needed stacks alone have to go for amplifiers not to be listed."""
+
+_GRID = np.array(list(product(np.linspace(-1.0, 1.0, 9), repeat=3)))
+
+
+class _Stand(NamedTuple):
+    """Where drives may stand: their tips (n, 3), m, and axes (n, 3, 3), and whether they are at lugs below."""
+
+    heads: Array
+    frames: Array
+    hangs: bool
+
+
+def driven(listed: Sequence[Topology], room: Room, wish: Wish, thinnest: float) -> list[Topology]:
+    """Topologies with each of the amplifiers that may reach what is wished and have a place beside the limbs, as they
+    were listed, the plainest amplifier first. Raises OptionError where there is none, with the reason."""
+    assert wish.drives is not None
+    options, least = _options(room, wish, thinnest)
+    if not options:
+        raise OptionError(_nothing_reaches(room, wish, thinnest, least))
+    far, clear = LEAST_AWAY * room.size, dict[int, dict[str, Array]]()
+    for pattern in {id(each): each for own in listed for each in own.patterns}.values():
+        points = obstacles(pattern, room, thinnest)
+        clear[id(pattern)] = {
+            name: np.array([_away(points, own) > far for own in all_]) for name, all_ in options.items()
+        }
+    found = []
+    for own, (name, drives) in product(listed, options.items()):
+        places = np.all([clear[id(pattern)][name] for pattern in own.patterns], axis=0)
+        if places.any():
+            drive = drives[int(places.argmax())]
+            found.append(replace(own, name=f"{own.name}, moved by {drive.name}", drive=drive))
+    if not found:
+        kinds = " or ".join(next(iter(drives)).name for drives in options.values())
+        raise OptionError(
+            f"wish.drives: {kinds} would reach, and have no place beside the limbs of any of the {len(listed)}"
+            " topologies; give it more room, or a shorter stack"
+        )
+    return found
+
+
+def _options(room: Room, wish: Wish, thinnest: float) -> tuple[dict[str, list[Drive]], float]:
+    """By amplifier, the drives that fit the envelope beside the platform and each other; and the least ratio that is
+    needed anywhere. Raises OptionError where so many stacks cannot move what is wished."""
+    options: dict[str, list[Drive]] = {}
+    least = np.inf
+    for amplifier in AMPLIFIERS:
+        for stand in _stands(room, wish, amplifier):
+            drive, needed = _fitted(stand, amplifier, room, wish, thinnest)
+            least = min(least, needed)
+            if drive is not None:
+                options.setdefault(amplifier.name, []).append(drive)
+        if options and AMPLE * least <= 1.0:
+            break
+    if least == np.inf:
+        own, strokes = wish.drives, _strokes(wish)
+        assert own is not None
+        raise OptionError(
+            f"wish.drives: {own.count} piezo stack{'s' * (own.count > 1)} along {own.along} cannot move each of"
+            f" {', '.join(strokes)} by itself; freedoms with strokes need as many stacks, that push along them or"
+            " beside their axes"
+        )
+    return options, least
+
+
+def _stands(room: Room, wish: Wish, amplifier: Amplifier) -> Iterator[_Stand]:
+    """Where drives may stand, those that move what is wished the farthest first; lying ones where the amplifier is
+    turned about their lines by each quarter."""
+    wanted = wish.drives
+    assert wanted is not None
+    up = np.array([0.0, 0.0, 1.0])
+    a = room.turn.T @ np.eye(3)["xyz".index(wanted.along)]
+    quarters = 2 if amplifier.is_mirrored else 4
+    if abs(a[2]) > 1 - ALONG:
+        yield from _below(room, wanted.count, quarters)
+        return
+    b = np.cross(up, a)
+    across, shares = (np.linspace(-1.0, 1.0, wanted.count), DISTANCES) if wanted.count > 1 else (np.zeros(1), (0.0,))
+    edge_a, edge_b = (float(np.abs(room.platform[:2] @ np.abs(d[:2]))) for d in (a, b))
+    low = np.array([*room.middle[:2], room.middle[2] - room.platform[2]])
+    for hangs, share, side in product((False, True), shares, (1.0, -1.0)):
+        face = np.sqrt(1 - (share * across) ** 2) if room.shape == "cylinder" else np.ones(wanted.count)
+        for x in (own * np.ones(wanted.count) for own in AT_LUGS) if hangs else (-face,):
+            way = side * edge_a * x[:, None] * a + share * edge_b * across[:, None] * b
+            for k in range(quarters):
+                first = (b, up)[k % 2] * (1.0 if k < 2 else -1.0)
+                frame = np.array([first, np.cross(side * a, first), side * a]).T
+                yield _Stand((low if hangs else room.middle) + way, np.tile(frame, (wanted.count, 1, 1)), hangs)
+
+
+def _below(room: Room, count: int, quarters: int) -> Iterator[_Stand]:
+    """Upright ones, evenly around the middle."""
+    low = np.array([*room.middle[:2], room.middle[2] - room.platform[2]])
+    edge = float(room.platform[:2].min())
+    for share in (0.0, *DISTANCES) if count == 1 else DISTANCES:
+        for n in range(AZIMUTHS // count if share else AZIMUTHS // 2):
+            angles = 2 * np.pi * (n / AZIMUTHS + np.arange(count) / count)
+            radial = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
+            for k in range(quarters if share else 1):
+                turned = angles + np.pi / 2 * (k + 1)
+                x = np.stack([np.cos(turned), np.sin(turned), 0 * angles], axis=1)
+                z = np.tile([0.0, 0.0, 1.0], (count, 1))
+                yield _Stand(low + share * edge * radial, np.stack([x, np.cross(z, x), z], axis=2), False)
+
+
+def _fitted(stand: _Stand, amplifier: Amplifier, room: Room, wish: Wish, thinnest: float) -> tuple[Drive | None, float]:
+    """The plainest drive of a kind at a stand that reaches and fits, and the ratio that is needed there; infinite where
+    what is wished cannot be moved from there."""
+    assert wish.drives is not None
+    stack, parts = wish.drives.stack, amplifier.parts(wish.drives.stack, "")
+    rod = SHORTEST_ROD * stack.edge
+    drop, least = 0.0, _displacements(stand.heads, stand.frames, room, wish)[1] * 2 / stack.free_stroke
+    up = stand.frames[0].T @ [0.0, 0.0, 1.0]
+    for sizes in amplifier.sizes(stack, thinnest, rod, least if np.isfinite(least) else 1.0):
+        first = {name: own.value for name, own in sizes.items()}
+        middles, halves = hull_of(parts, first)
+        if stand.hangs:
+            drop = float((middles @ up + halves @ np.abs(up)).max()) + 0.15 * stack.edge
+        heads = stand.heads - [0.0, 0.0, drop]
+        ways, most = _displacements(heads, stand.frames, room, wish)
+        needed = 2 * most / stack.free_stroke
+        if not np.isfinite(needed) or amplifier.ratio(first, stack) < needed:
+            return None, needed
+        free = _room_behind(heads, stand.frames, room)
+        longest = float((halves - middles)[:, 2].max())
+        longer = np.clip(rod + free - longest, rod, LONGEST_ROD * stack.edge)
+        sizes |= {"rod": Size(longer, 0.6 * longer, 1.2 * longer)}
+        shares = parts.sign * ways / most * stack.free_stroke / 2
+        lug = _lug(up, drop, stack) if stand.hangs else None
+        middles, halves = hull_of(parts, {name: own.value for name, own in sizes.items()})
+        if lug is not None:
+            middles = np.concatenate([middles, [(lug[0] + lug[1]) / 2]])
+            halves = np.concatenate([halves, [(lug[1] - lug[0]) / 2]])
+        where = heads, stand.frames, lug, (middles, halves)
+        drive = Drive(amplifier.name, stack, sizes, *where, tuple(_strokes(wish)), shares, needed)
+        if _fits(drive, room):
+            return drive, needed
+    return None, least
+
+
+def _displacements(heads: Array, frames: Array, room: Room, wish: Wish) -> tuple[Array, float]:
+    """How far (n, f), m, tips move along their lines for each of the wished strokes, and the most that one moves for
+    all at once; infinite where drives cannot move each of them by itself."""
+    columns = []
+    for name, stroke in _strokes(wish).items():
+        d = room.turn.T @ np.eye(3)[DOFS.index(name) % 3]
+        moved = np.cross(d, heads - room.about) if name[0] == "r" else np.tile(d, (len(heads), 1))
+        columns.append(stroke * (moved * frames[:, :, 2]).sum(axis=1))
+    ways = np.stack(columns, axis=1)
+    values = np.linalg.svd(ways, compute_uv=False)
+    if len(ways) < len(columns) or values[-1] < 0.05 * values[0]:
+        return ways, np.inf
+    return ways, float(np.abs(ways).sum(axis=1).max())
+
+
+def _room_behind(heads: Array, frames: Array, room: Room) -> float:
+    """How far it is from tips down their lines to the envelope, m."""
+    p, v = heads - [0.0, 0.0, room.half[2]], -frames[:, :, 2]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        way = np.where(np.abs(v) > ALONG, (np.sign(v) * room.half - p) / v, np.inf)
+    clear = 0.0 if abs(v[0, 2]) > ALONG else ROOM * room.size
+    return float(way.min()) - clear
+
+
+def _lug(up: Array, drop: float, stack: Stack) -> tuple[Array, Array]:
+    """Opposite corners of a lug that a drive pushes at, in its axes, in which `up` leads to the platform."""
+    across = np.abs(np.cross(up, [0.0, 0.0, 1.0])) * stack.edge / 2
+    low = -across - 0.4 * stack.edge * up
+    high = across + drop * up + [0.0, 0.0, 0.6 * stack.edge]
+    return np.minimum(low, high), np.maximum(low, high)
+
+
+def _away(points: Array, drive: Drive, copies: Sequence[int] | None = None) -> float:
+    """How near points (n, 3) come to the drives, or some of them, m; 0 within."""
+    middles, halves = drive.boxes
+    of = np.arange(len(drive.heads)) if copies is None else copies
+    local = (points - drive.heads[of, None]) @ drive.frames[of]
+    beyond = np.maximum(np.abs(local[:, :, None] - middles) - halves, 0.0)
+    return float(np.sqrt((beyond**2).sum(axis=-1).min()))
+
+
+def _fits(drive: Drive, room: Room) -> bool:
+    """Whether drives are in the envelope, outside of the platform, and clear of each other."""
+    middles, halves = drive.boxes
+    local = (middles[:, None] + _GRID * halves[:, None]).reshape(-1, 3)
+    points = local @ drive.frames.transpose(0, 2, 1) + drive.heads[:, None]
+    own = points[:, : (len(middles) - (drive.lug is not None)) * len(_GRID)].reshape(-1, 3)
+    if (room.outside(points.reshape(-1, 3)) > ALONG * room.size).any() or room.in_platform(
+        own, ALONG * room.size
+    ).any():
+        return False
+    others = range(1, 1 + len(drive.heads) // 2)
+    return not others or _away(points[0], drive, others) > LEAST_AWAY * room.size
+
+
+def _nothing_reaches(room: Room, wish: Wish, thinnest: float, least: float) -> str:
+    """Why no amplifier reaches, in words."""
+    assert wish.drives is not None
+    stack = wish.drives.stack
+    gives = []
+    for amplifier in AMPLIFIERS[1:]:
+        low, high = 0.0, np.log(1e3)
+        for _ in range(8):
+            middle = (low + high) / 2
+            scaled = _scaled(wish, float(np.exp(middle)) / least)
+            stands = _stands(room, wish, amplifier)
+            fits = any(_fitted(own, amplifier, room, scaled, thinnest)[0] is not None for own in stands)
+            low, high = (middle, high) if fits else (low, middle)
+        gives.append(
+            f"a {amplifier.name} gives {np.exp(low):.2g} at most" if low else f"a {amplifier.name} has no room"
+        )
+    return (
+        f"wish.drives: no stack reaches: what is wished takes {1e6 * least * stack.free_stroke:.4g} um at the drives, a"
+        f" ratio of {least:.3g} for a free stroke of {1e6 * stack.free_stroke:.4g} um, and in this envelope"
+        f" {', '.join(gives)}; give it more room, a longer stack, or less stroke"
+    )
+
+
+def _strokes(wish: Wish) -> dict[str, float]:
+    """How far to either side, m and rad, by displacement of the platform."""
+    return {name: own[name[0] == "r"] for name, own in wish.stroke.items()}
+
+
+def _scaled(wish: Wish, by: float) -> Wish:
+    """The wish with strokes that are so many times as long."""
+    strokes = {name: {turns: by * size for turns, size in own.items()} for name, own in wish.stroke.items()}
+    return wish.replaced({"stroke": strokes})
+
+
+def reach(drive: Drive, wish: Wish) -> dict[str, str]:
+    """That the stacks move what is wished to both ends at once, each within its free stroke, as requirements by name.
+
+    Where stacks expand by `shares` times b each is within its stroke for all b up to one. What they give, over what is
+    wished, is M b, and the diagonal of M less the size of all else in a row is to be one or more: the b at all corners
+    of what is wished are then one at most (Varah 1975).
+    """
+    found = {}
+    for k, (name, stroke) in enumerate(_strokes(wish).items()):
+        rows = [_moved(drive.shares[:, j], name) for j in range(len(drive.names))]
+        text = " - ".join([rows[k], *(f"abs({row.removeprefix('-')})" for j, row in enumerate(rows) if j != k)])
+        asked = f"{1e3 * stroke:.6g} mrad" if name[0] == "r" else f"{1e6 * stroke:.6g} um"
+        found["reach" if len(_strokes(wish)) == 1 else f"reach {name}"] = f"{text} >= {asked}"
+    return found
+
+
+def _moved(expansions: Array, name: str) -> str:
+    """What expansions (n,), m, of the stacks move along a freedom, as a formula."""
+    um, text = np.round(1e6 * expansions, 5), ""
+    for size in dict.fromkeys(np.abs(um[um != 0])):
+        alike = np.flatnonzero(np.abs(um) == size)
+        lead = um[alike[0]]
+        terms = [f"{'+' if um[k] == lead else '-'} coupling(drive{k + 1}.stack, about.{name})" for k in alike]
+        moved = " ".join(terms).removeprefix("+ ")
+        text += f" {'+' if lead > 0 else '-'} {size:.6g} um*" + (moved if len(terms) == 1 else f"({moved})")
+    return text.removeprefix(" + ") if text[1] == "+" else f"-{text[3:]}"
+
+
+def motion(drive: Drive) -> dict[str, Any]:
+    """The expansions of the stacks from one end of all wished strokes to the other."""
+    middle, way = drive.stack.free_stroke / 2, drive.shares.sum(axis=1)
+    ends = np.round(1e6 * np.stack([middle - way, middle + way], axis=1), 6) + 0.0
+    return {f"drive{k + 1}.stack": {"expansion": [f"{own:.9g} um" for own in both]} for k, both in enumerate(ends)}
