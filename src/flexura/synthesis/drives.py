@@ -223,9 +223,8 @@ def _fits(drive: Drive, room: Room) -> bool:
     local = (middles[:, None] + _GRID * halves[:, None]).reshape(-1, 3)
     points = local @ drive.frames.transpose(0, 2, 1) + drive.heads[:, None]
     own = points[:, : (len(middles) - (drive.lug is not None)) * len(_GRID)].reshape(-1, 3)
-    if (room.outside(points.reshape(-1, 3)) > ALONG * room.size).any() or room.in_platform(
-        own, ALONG * room.size
-    ).any():
+    slight = ALONG * room.size
+    if (room.outside(points.reshape(-1, 3)) > slight).any() or room.in_platform(own, slight).any():
         return False
     others = range(1, 1 + len(drive.heads) // 2)
     return not others or _away(points[0], drive, others) > LEAST_AWAY * room.size

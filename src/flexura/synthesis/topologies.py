@@ -5,6 +5,7 @@ middle. Two of as many limbs are one above the other or halfway between; where t
 two edges of the platform; and parallel where they are single. Those of a topology together bear all that does no work
 on the wished freedoms, and none of its patterns can be left out. Of heights at which a pattern bears the same it is
 nearest the middle. What differs by a symmetry of the wish is one topology, drawn where its limbs have the most room.
+Where piezo stacks move the platform each topology is combined with all amplifiers that may reach (`drives`).
 """
 
 from __future__ import annotations
