@@ -17,7 +17,6 @@ from flexura.synthesis.amplifiers import AMPLIFIERS, bridge_ratio, substructures
 from flexura.synthesis.drafts import draft
 from flexura.synthesis.drives import driven
 from flexura.synthesis.wish import STACK, Stack
-from synthesis.test_drafts import slim
 
 THINNEST = 1e-4
 
@@ -37,6 +36,16 @@ def listed(own: Any, most: int = 4) -> Any:
 
 def first(found, kind):
     return next(own for own in found if own.drive.kind == kind)
+
+
+def slim(mechanism):
+    """The same with its thinnest limbs."""
+    thin = {
+        name: own.model_copy(update={"value": own.minimum})
+        for name, own in mechanism.parameters.items()
+        if name.endswith(("_thickness", "_diameter", "_web")) and not name.startswith("drive_")
+    }
+    return mechanism.replaced({"parameters": mechanism.parameters | thin})
 
 
 def reached(mechanism):
