@@ -38,9 +38,9 @@ from flexura.mechanism import CATALOGUE, Mechanism
 from flexura.modelfile import read_as
 from flexura.structure import solids_of
 from flexura.study.questions import questions
-from flexura.synthesis import LEAST_GAP, Candidates, Room, WishFile, design, room_of
+from flexura.synthesis import Candidates, Room, WishFile, design, room_of
 from flexura.synthesis.screening import gap_of
-from flexura.synthesis.wish import TURNS
+from flexura.synthesis.wish import LEAST_GAP, TURNS
 
 TABLE = Path(__file__).parent / "wishes.csv"
 MARKS = ("<!-- against the gallery -->", "<!-- end of against the gallery -->")
@@ -214,6 +214,8 @@ def read_off(name: str) -> Reading:
         del wish["stroke"]
     room = room_of(read_as(WishFile, text_of_wish({"wish": wish}), name).wish)
     asked, gap = _reached(mechanism, wished, about, room)
+    if gap < LEAST_GAP:
+        wish["gap"] = float(_down(gap))
     return Reading({"name": name, "wish": wish, "requirements": asked}, gap, inertia)
 
 
@@ -358,11 +360,11 @@ def compared(name: str, folder: Path, seconds: float, samples: int) -> dict[str,
     row |= {"topologies": last[-1].n_topologies, "held_by": best.topology, "met": best.n_met, "gap": f"{best.gap:.3g}"}
     missed = [f"{own.name} {own.value / own.limit - 1:+.0%}" for own in best.requirements if own.verdict == "missed"]
     missed += [f"{own.name} not known" for own in best.requirements if own.verdict == "not known"]
-    missed += [f"gap {best.gap:.2g}"] * (best.gap < LEAST_GAP) + ["clashes"] * bool(best.clashes)
+    missed += [f"gap {best.gap:.2g}"] * (best.gap < best.least_gap) + ["clashes"] * bool(best.clashes)
     short = [
         own for own in best.requirements if not (own.value >= own.limit if ">=" in own.text else own.value <= own.limit)
     ]
-    good = not short and not best.clashes and best.gap >= min(LEAST_GAP, reading.own_gap)
+    good = not short and not best.clashes and best.gap >= best.least_gap
     return row | {"as_good": "yes" if good else "no", "missed": ", ".join(missed)}
 
 

@@ -34,7 +34,14 @@ def candidate(number: int, first_hz: float, mass: float, stiff: float = 6e6, **m
         required("first mode", "f1 >= 400 Hz", first_hz, 400.0, "Hz"),
         required(HOSTILE, "stiffness(platform.x) >= 5 N/um", stiff, 5e6, "N/m"),
     )
-    named = {"topology": f"{number} wires at the side", "over": 0, "gap": 20.0, "limbs": number, **more}
+    named = {
+        "topology": f"{number} wires at the side",
+        "over": 0,
+        "gap": 20.0,
+        "least_gap": 10.0,
+        "limbs": number,
+        **more,
+    }
     return Candidate(
         f"candidate-{number:02d}.yaml", freedoms="2R1T", first_hz=first_hz, mass=mass, requirements=own, **named
     )

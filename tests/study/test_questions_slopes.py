@@ -483,3 +483,29 @@ loads: {b: {force: [-1 N, 0 N, 0 N]}}
     found = questions(fx.loads(column), "stress, buckling").slopes({}, ["L"])
     assert "no stress is known" in found.reason[0] and not found.reason[1]
     assert found.slope[1, 0] * 0.1 / found.value[1] == pytest.approx(-2.0, rel=1e-6)
+
+
+LIMITED = """
+flexura: 1
+parameters:
+  k: {value: 2 N/mm, minimum: 1 N/mm, maximum: 3 N/mm}
+  m: {value: 20 g, minimum: 20 g, maximum: 40 g}
+bodies:
+  stage: {centre: [0, 0, 0], mass: m, inertia: [4 g*m^2, 4 g*m^2, 4 g*m^2]}
+springs:
+  all:
+    nodes: [stage]
+    stiffness: {tx: k, ty: 500 N/mm, tz: 500 N/mm, rx: 901 N*m/rad, ry: 1200 N*m/rad, rz: 1500 N*m/rad}
+motion: {move: {stage: {x: [-1 mm, 1 mm]}}, steps: 3}
+"""
+
+
+@pytest.mark.parametrize("k", [1e3, 2e3, 3e3])
+def test_slopes_at_a_limit_of_a_parameter_do_not_go_beyond_it(k):
+    """f = sqrt(k / m) / 2 pi and, held at a pose, F = k x, at limits of stiffness and mass as between them."""
+    found = questions(fx.loads(LIMITED), "worst f1 over stroke, force(stage.x) over stroke")
+    own = found.slopes({"k": k, "m": 0.02}, ("k", "m"))
+    f = np.sqrt(k / 0.02) / (2 * np.pi)
+    assert not any(own.reason)
+    np.testing.assert_allclose(own.slope[0], [f / (2 * k), -f / (2 * 0.02)], rtol=1e-5)
+    np.testing.assert_allclose(np.abs(own.slope[1]), [1e-3, 0.0], rtol=1e-5, atol=1e-9)

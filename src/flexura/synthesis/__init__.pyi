@@ -1,4 +1,3 @@
-from flexura.synthesis.result import LEAST_GAP as LEAST_GAP
 from flexura.synthesis.result import Candidate as Candidate
 from flexura.synthesis.result import Candidates as Candidates
 from flexura.synthesis.search import design as design

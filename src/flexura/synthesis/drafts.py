@@ -240,6 +240,12 @@ def _stacks(data: dict[str, Any], drive: Drive, room: Room, material: str) -> li
     return [f"drive*.{tip}"]
 
 
+def ends_of(wish: Wish, room: Room) -> list[str]:
+    """Both ends of the stroke as poses, in the words of questions; none where there is no stroke."""
+    move = _move(wish, room)
+    return [", ".join(f"about.{name} = {ends[k]}" for name, ends in move.items()) for k in (0, 1)] if move else []
+
+
 def _move(wish: Wish, room: Room) -> dict[str, Any]:
     """The stroke from one end to the other: as many components of the motion of the point of the wish as there are
     freedoms, those that tell these apart best (Businger and Golub 1965), of which the stroke has any."""

@@ -257,7 +257,7 @@ class Kind:
                 k = parts.index(self.parts[node]) if self.parts[node] != "base" else len(parts)
                 twist[:, 6 * k : 6 * k + 6] += sign * np.eye(6)
             rows.append((seen_from(points[a], points[b]) @ twist)[PROFILES[profile].borne, :-6])
-        N = np.array(la.null_space(np.concatenate(rows), SAME), dtype=np.float64)
+        N = la.null_space(np.concatenate(rows), SAME)
         return N[:6], N.shape[1]
 
 
@@ -279,9 +279,11 @@ def seen_from(a: Array, b: Array) -> Array:
     way = b - a
     d = way / np.linalg.norm(way, axis=-1, keepdims=True)
     e = np.broadcast_to(E, d.shape)
-    Q = np.stack([np.cross(e, d), e, d], axis=-2)
+    Q = np.stack([np.cross(e, d).astype(float), e, d], axis=-2)
     zero = np.zeros_like(Q)
-    arm = np.cross(((a + b) / 2)[..., None, :], np.eye(3))  # rows: c x i; rotation by i displaces by i x c
+    arm: Array = np.asarray(
+        np.cross(((a + b) / 2)[..., None, :], np.eye(3)), dtype=float
+    )  # rows: c x i; rotation by i displaces by i x c
     rows = [np.concatenate(own, axis=-1) for own in ((Q, -Q @ arm.swapaxes(-1, -2)), (zero, Q))]
     return np.concatenate(rows, axis=-2)
 

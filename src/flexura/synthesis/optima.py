@@ -15,9 +15,9 @@ from flexura.mechanism import Mechanism, with_rigid_bodies
 from flexura.study.optimum import climbed
 from flexura.study.questions import questions, relation
 from flexura.study.requirements import Requirement, requirements
-from flexura.synthesis.drafts import draft, with_values
-from flexura.synthesis.result import LEAST_GAP, Candidate, freedoms_in_short
-from flexura.synthesis.screening import AtRest, clashes_of
+from flexura.synthesis.drafts import draft, ends_of, with_values
+from flexura.synthesis.result import Candidate, freedoms_in_short
+from flexura.synthesis.screening import AtRest, bases_of, clashes_of
 from flexura.synthesis.wish import DOFS, Room, Wish
 
 SPARE = 0.05
@@ -72,7 +72,8 @@ def judged(of: AtRest, number: int, values: Array) -> Judged:
             freedoms=freedoms_in_short(of.room.freedoms),
             limbs=own.n_limbs,
             over=own.over,
-            gap=float(of.gaps(own, plan, sizes)[0]),
+            gap=float(np.min([of.gaps(own, plan, sizes, where)[0] for where in ("", *ends_of(of.file.wish, of.room))])),
+            least_gap=of.file.wish.gap,
             first_hz=float(asked[0]),
             mass=float(asked[1]),
             requirements=() if found is None else found.requirements,
@@ -137,11 +138,18 @@ def with_spare(rigid: Mechanism, own: Requirement, promised: float) -> str:
 
 
 def _apart(wish: Wish, room: Room) -> list[str]:
-    """That freedoms along and about global axes are so many times as compliant as all else."""
-    free = wish.freedoms.platform
-    if not free or len(free) == 6:
-        return []
-    length = f"({1e3 * room.freedoms.length / 2:.6g} mm)^2"
-    scaled = {name: f"compliance(about.{name})" + (f"*{length}" if name[0] == "r" else "") for name in DOFS}
-    least = f"{LEAST_GAP * (1 + 2 * SPARE):g}"
-    return [f"{scaled[a]} >= {least}*{scaled[b]}" for a in free for b in DOFS if b not in free]
+    """That each freedom is so many times as compliant as each constraint."""
+    free, rest, scale = bases_of(room)
+    soft, stiff = ([_compliance(own * scale) for own in basis.T] for basis in (free, rest))
+    return [f"{a} >= {wish.gap * (1 + 2 * SPARE):g}*({b})" for a in soft for b in stiff]
+
+
+def _compliance(v: Array) -> str:
+    """Displacement along a motion (6,) of the point of the wish, rotations in m, by a unit load along it."""
+    terms = [(i, j, float(v[i] * v[j]) * (2 if i < j else 1)) for i in range(6) for j in range(i, 6)]
+    most, units = max(abs(c) for *_, c in terms), ("", " m", " m^2")
+    return " + ".join(
+        f"({c:.9g}{units[(i > 2) + (j > 2)]})*compliance(about.{DOFS[i]}, about.{DOFS[j]})"
+        for i, j, c in terms
+        if abs(c) > 1e-9 * most
+    )

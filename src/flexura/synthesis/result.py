@@ -15,9 +15,6 @@ from flexura.screws import ScrewSpace
 from flexura.study.requirements import Requirement
 from flexura.tables import Facts, Item, counted, number, quantity
 
-LEAST_GAP = 10.0
-"""How many times as compliant the stiffest wished freedom is to be as the softest constraint."""
-
 
 @dataclass(frozen=True, repr=False)
 class Candidate(Record):
@@ -25,7 +22,8 @@ class Candidate(Record):
     as `2R1T`.
 
     `limbs` hold it, with `over` constraints more than are needed. `gap` is how many times as compliant its stiffest
-    freedom is as its softest constraint, rotations counted at half the larger edge of the envelope; `first_hz` and
+    freedom is as its softest constraint, at rest or at an end of the stroke, where it is least, rotations counted at a
+    quarter of the larger edge of the envelope, and `least_gap` what it is to be; `first_hz` and
     `mass` (kg) are those of the mechanism, and `requirements` have their verdicts, those over strokes among them.
     `clashes` are solids that meet, at rest or over the stroke, in words.
     """
@@ -38,6 +36,7 @@ class Candidate(Record):
     limbs: int
     over: int
     gap: float
+    least_gap: float
     first_hz: float
     mass: float
     requirements: tuple[Requirement, ...]
@@ -47,7 +46,9 @@ class Candidate(Record):
     def n_met(self) -> int:
         """How many requirements are met; freedoms that are apart from constraints and solids that are apart from each
         other count as one each."""
-        return sum(own.verdict == "met" for own in self.requirements) + (self.gap >= LEAST_GAP) + (not self.clashes)
+        return (
+            sum(own.verdict == "met" for own in self.requirements) + (self.gap >= self.least_gap) + (not self.clashes)
+        )
 
     @property
     def meets_all(self) -> bool:
@@ -58,7 +59,7 @@ class Candidate(Record):
     def least_margin(self) -> float:
         """The least of the margins of the requirements, over the size of their limits, and of the logarithm of the gap
         over ten."""
-        return min([*map(margin_of, self.requirements), float(np.log(max(1e-300, self.gap) / LEAST_GAP))])
+        return min([*map(margin_of, self.requirements), float(np.log(max(1e-300, self.gap) / self.least_gap))])
 
 
 def margin_of(own: Requirement) -> float:
@@ -97,8 +98,8 @@ class Candidates(Tabular):
         names = [name for name, count in self.ruled_out.items() if count == most] if most else []
         missed = [own for own in best.requirements if own.verdict != "met"]
         nears = [f"{own.name}: {own.state} ({own.text})" for own in missed]
-        if not best.gap >= LEAST_GAP:
-            nears.append(f"freedoms: a gap of {number(best.gap, 3)}, and not {LEAST_GAP:g}")
+        if not best.gap >= best.least_gap:
+            nears.append(f"freedoms: a gap of {number(best.gap, 3)}, and not {best.least_gap:g}")
         if best.clashes:
             nears.append(best.clashes[0])
         near = ", ".join(nears)

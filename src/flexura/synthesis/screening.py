@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 from scipy.stats import qmc
@@ -19,13 +20,15 @@ from flexura.study.questions import questions, relation
 from flexura.synthesis.bending import strain_over_stroke
 from flexura.synthesis.drafts import draft, with_values
 from flexura.synthesis.drives import reach
-from flexura.synthesis.result import LEAST_GAP
 from flexura.synthesis.topologies import Topology
 from flexura.synthesis.wish import DOFS, Room, WishFile, si
 from flexura.thresholds import ROUND_OFF
 
 BEST_OF_EACH = 8
 """Designs of each topology at rest that may be led through their strokes."""
+
+CORNERS = 64
+"""Corners of the limits of sizes that are among the designs, at most."""
 
 SPARE = 2.2
 """Yield strain over that of the limbs, roughly, where a margin of stress is required."""
@@ -60,12 +63,14 @@ class AtRest:
         found = {**(reach(own.drive, self.file.wish) if own.drive else {}), **self.file.required}
         return {name: text for name, text in found.items() if is_at_rest(text)}
 
-    def gaps(self, own: Topology, plan: Plan, designs: Mapping[str, Array]) -> Array:
-        """The gap (n,) of designs of a topology, without its stacks, as these are what moves the freedoms."""
+    def gaps(self, own: Topology, plan: Plan, designs: Mapping[str, Array], where: str = "") -> Array:
+        """The gap (n,) of designs of a topology, at rest or at a pose, without its stacks, as these are what moves the
+        freedoms."""
         if own.drive is not None:
             plan = plan_of(with_rigid_bodies(draft(replace(own, drive=None), self.file, self.room, "draft")))
             designs = {name: designs[name] for name in plan.mechanism.parameters}
-        return gap_of(questions(plan, ", ".join(COMPLIANCES)).values(designs).value, self.room)
+        at = f" at {where}" if where else ""
+        return gap_of(questions(plan, [own + at for own in COMPLIANCES]).values(designs).value, self.room)
 
     @cached_property
     def allowed(self) -> float:
@@ -81,10 +86,10 @@ class AtRest:
             plan = plan_of(with_rigid_bodies(draft(own, self.file, self.room, "draft")))
         except ModelError:  # of limbs that are too short for the radius of the tool
             rows = {"values": (1, 1), "margins": (1, len(self.required_of(own))), "gap": (1,), "score": (1,)}
-            return {name: np.full(shape, np.nan) for name, shape in rows.items()}
+            return {name: np.full(shape, np.nan) for name, shape in rows.items()} | {"count": np.array(0.0)}
         parameters = plan.mechanism.parameters
         low, high = (np.array([float(getattr(p, end)) for p in parameters.values()]) for end in ("minimum", "maximum"))
-        unit = qmc.Halton(len(low), seed=np.random.default_rng(number)).random(self.samples)
+        unit = _in_cube(len(low), self.samples, number)
         drawn = [float(p.value) for p in parameters.values()]  # type: ignore[arg-type]
         values = np.concatenate([[drawn], low + unit * (high - low)])
         designs = dict(zip(parameters, values.T, strict=True))
@@ -93,10 +98,20 @@ class AtRest:
         gaps = self.gaps(own, plan, designs)
         spare = self.allowed / np.maximum(strain_over_stroke(own, designs, self.file.wish, self.room), ROUND_OFF)
         with np.errstate(divide="ignore"):
-            apart = np.minimum(np.log(gaps / LEAST_GAP), np.log(spare)) / 3
+            apart = np.minimum(np.log(gaps / self.file.wish.gap), np.log(spare)) / 3
         score = np.minimum(apart, margins.min(axis=0, initial=1.0))
         best = np.argsort(-np.where(np.isfinite(score), score, -np.inf), kind="stable")[:BEST_OF_EACH]
-        return {"values": values[best], "margins": margins[:, best].T, "gap": gaps[best], "score": score[best]}
+        columns = {"values": values[best], "margins": margins[:, best].T, "gap": gaps[best], "score": score[best]}
+        return columns | {"count": np.array(float(len(values)))}
+
+
+def _in_cube(n: int, samples: int, seed: int) -> Array:
+    """Points (k, n) of a unit cube: so many of Halton's sequence, and its corners, since what is required often leads
+    to limits of sizes; of many corners some."""
+    points = qmc.Halton(n, seed=np.random.default_rng(seed)).random(samples + CORNERS)
+    every = 2**n <= CORNERS
+    corners = np.array(list(product((0.0, 1.0), repeat=n))) if every else np.round(points[samples:])
+    return np.concatenate([points[:samples], corners])
 
 
 @dataclass(frozen=True)
@@ -143,23 +158,28 @@ _AT = [(i, j) for i in range(6) for j in range(i, 6)]
 
 def gap_of(compliances: Array, room: Room) -> Array:
     """How many times as compliant the stiffest wished freedom is as the softest of what is not wished (n,), of
-    designs with compliances (n, 21) of the point of the wish, rotations counted at half the length of the room;
-    infinite where nothing is wished."""
+    designs with compliances (n, 21) of the point of the wish, rotations counted at a quarter of the larger edge of the
+    envelope; infinite where nothing is wished."""
     C = np.zeros((len(compliances), 6, 6))
     for (i, j), own in zip(_AT, compliances.T, strict=True):
         C[:, i, j] = C[:, j, i] = own
-    scale = np.repeat([1.0, room.freedoms.length / 2], 3)
+    free, rest, scale = bases_of(room)
     C = C * scale[:, None] * scale
-    F = _twists_about(room) * scale[:, None]
-    U, s, _ = np.linalg.svd(F)
-    k = int((s > 1e-9).sum())
-    free, rest = U[:, :k], U[:, k:]
     bad = ~np.isfinite(C).all(axis=(1, 2))
     C[bad] = 0.0
-    softest = np.linalg.eigvalsh(rest.T @ C @ rest)[:, -1] if k < 6 else np.zeros(len(C))
-    stiffest = np.linalg.eigvalsh(free.T @ C @ free)[:, 0] if k else np.full(len(C), np.inf)
+    softest = np.linalg.eigvalsh(rest.T @ C @ rest)[:, -1] if rest.size else np.zeros(len(C))
+    stiffest = np.linalg.eigvalsh(free.T @ C @ free)[:, 0] if free.size else np.full(len(C), np.inf)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(bad, np.nan, stiffest / np.maximum(softest, 1e-300))
+
+
+def bases_of(room: Room) -> tuple[Array, Array, Array]:
+    """Orthonormal motions of the point of the wish that are wished (6, f), and all others (6, 6 - f), and what their
+    components are times to be m and rad (6,)."""
+    scale = np.repeat([1.0, room.freedoms.length / 2], 3)
+    U, s, _ = np.linalg.svd(_twists_about(room) * scale[:, None])
+    k = int((s > 1e-9).sum())
+    return U[:, :k], U[:, k:], scale
 
 
 def _twists_about(room: Room) -> Array:

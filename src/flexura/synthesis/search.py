@@ -27,7 +27,7 @@ from flexura.study.requirements import described_relations
 from flexura.synthesis.drafts import draft
 from flexura.synthesis.drives import driven
 from flexura.synthesis.optima import SECONDS, Judged, Optima, judged
-from flexura.synthesis.result import LEAST_GAP, Candidate, Candidates, freedoms_in_short
+from flexura.synthesis.result import Candidate, Candidates, freedoms_in_short
 from flexura.synthesis.screening import AtRest, OverStroke
 from flexura.synthesis.topologies import topologies
 from flexura.synthesis.wish import Room, WishFile, room_of, si
@@ -209,7 +209,7 @@ class _Written:
         """The candidates, with their files written."""
         work = self.work
         candidates = tuple(_written(own, k, self.folder) for k, own in enumerate(self.ranked))
-        n_designs = work.blocks * (work.samples + 1)
+        n_designs = int(sum(own["count"] for own in self.at_rest.values()))
         ruled_out = _ruled_out(work, self.at_rest)
         short = freedoms_in_short(work.room.freedoms)
         counts = {"n_topologies": self.n_topologies, "n_at_rest": work.blocks, "n_designs": n_designs}
@@ -291,7 +291,7 @@ def _ruled_out(work: AtRest, at_rest: dict[int, dict[str, Array]]) -> dict[str, 
     """How many topologies miss each requirement that is asked at rest, in the best design that was found."""
     counts = dict.fromkeys(["freedoms", *(names := work.required_of(work.listed[0]))], 0)
     for known in at_rest.values():
-        counts["freedoms"] += not known["gap"][0] >= LEAST_GAP
+        counts["freedoms"] += not known["gap"][0] >= work.file.wish.gap
         for name, margin in zip(names, known["margins"][0], strict=True):
             counts[name] += not margin >= 0
     return counts

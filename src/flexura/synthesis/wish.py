@@ -43,6 +43,9 @@ from flexura.screws import ScrewSpace
 
 DOFS = ("x", "y", "z", "rx", "ry", "rz")
 
+LEAST_GAP = 10.0
+"""How many times as compliant the stiffest wished freedom is to be as the softest constraint, where nothing is said."""
+
 WITHIN_YIELD = "within yield"
 """What is required of a stroke where nothing else is."""
 
@@ -284,6 +287,8 @@ class Wish(Wished):
     platform: Platform = Platform()
     drives: Annotated[Drives | None, BeforeValidator(_drives)] = None
     make: Make = Make()
+    gap: Annotated[float, Field(gt=0)] = LEAST_GAP
+    """How many times as compliant the stiffest freedom is to be as the softest constraint."""
 
     @model_validator(mode="after")
     def _agrees(self) -> Self:

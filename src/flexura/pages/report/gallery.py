@@ -42,7 +42,7 @@ from flexura.pages.report.studies import TONES
 from flexura.pages.report.subject import Commands, Subject
 from flexura.pages.report.understood import parameters_of, png_of
 from flexura.pages.viewer import page, scene_of, to_json
-from flexura.synthesis import LEAST_GAP, Candidate, Candidates
+from flexura.synthesis import Candidate, Candidates
 from flexura.tables import counted, number, percent, quantity, scale_for
 from flexura.view import draw_mechanism
 
@@ -255,7 +255,7 @@ def _why(found: Candidates, own: Candidate, good: Sequence[Candidate]) -> Iterat
         text = f"Meets all {counted(count, 'requirement')}." if count else "Nothing is required of it."
         yield Paragraph(text, "good")
     else:
-        if not own.gap >= LEAST_GAP:
+        if not own.gap >= own.least_gap:
             missed.append(f"a gap of {number(own.gap, 3)} between freedoms and constraints, too small")
         yield Paragraph(f"Does not meet all: {', '.join([*missed, *own.clashes])}.", "bad")
     aims, which = _aims(found), _which(good)

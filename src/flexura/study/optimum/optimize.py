@@ -17,6 +17,7 @@ from flexura.structure import Plan, one_design
 from flexura.study.optimum.climb import Method, best_of, climb
 from flexura.study.optimum.discrete import Chosen, chosen_alone, chosen_with_others
 from flexura.study.optimum.front import front
+from flexura.study.optimum.landscape import Landscape
 from flexura.study.optimum.outcome import optimum_of, pareto_of
 from flexura.study.optimum.results import Optimum, Pareto
 from flexura.study.optimum.task import task_of
@@ -92,11 +93,15 @@ def optimize(
     elif solved := best_of(mixed.land, list(task.box.positions(first_designs)), method, report, judged):
         chosen = Chosen(task.box.values(solved.best.z), solved, mixed.land, "", False)
     if chosen is None:
-        failures = mixed.land.failures
-        why = max(failures, key=lambda reason: failures[reason], default="no reason is known")
-        raise SolverError(f"no design could be worked out: {why}")
+        raise _no_design(mixed.land)
     report(Progress("proof"))
     return optimum_of(task, mixed, chosen, method, seed)
+
+
+def _no_design(land: Landscape) -> SolverError:
+    """That none of its designs has an answer, with the reason that most have."""
+    why = max(land.failures, key=lambda reason: land.failures[reason], default="no reason is known")
+    return SolverError(f"no design could be worked out: {why}")
 
 
 def climbed(
@@ -116,7 +121,7 @@ def climbed(
         mixed, _, _ = task.mixed(first)
         found = climb(mixed.land, task.box.positions(first)[0], accuracy=accuracy)
     if found.best is None:
-        raise SolverError(f"no design could be worked out: {found.message}")
+        raise _no_design(mixed.land)
     return dict(zip(task.names, task.box.values(found.best.z).tolist(), strict=True)), found.message != str(
         OutOfTime(seconds)
     )

@@ -122,9 +122,9 @@ class Questions(Record):
             others = Questions(self.plan, tuple(self.quantities[k] for k in rest))
             known = self.plan.parameter_values(at)
             here = others.values(at)
-            designs, h = steps({**at, **{name: float(known[name]) for name in chosen}}, chosen)
+            designs, away = steps(self.plan, {**at, **{name: float(known[name]) for name in chosen}}, chosen)
             around = others.values(designs)
-            exact.value[rest], exact.slope[rest] = here.value[0], differences(around.value, h)
+            exact.value[rest], exact.slope[rest] = here.value[0], differences(around.value, away)
             for k in rest:
                 exact.reason[k] = next(filter(None, (here.reason[0], *around.reason)), "")
         return Slopes(

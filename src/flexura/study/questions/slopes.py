@@ -13,6 +13,7 @@ from flexura.arrays import Array, Bools
 from flexura.derivatives import LinearState, State, displaced_state, frequency_slopes
 from flexura.duals import Dual, plain
 from flexura.errors import SolverError
+from flexura.mechanism import bounds
 from flexura.records import Record
 from flexura.structure import Design, Plan, kinks, tables_left
 from flexura.study.questions.blocks import FAILURES, STATIC, reason_of
@@ -133,8 +134,9 @@ class Exact:
     def _moves(self, over: str) -> bool:
         """Whether the poses of a stroke move as parameters do."""
         here, known = StrokeLine.of(self.plan, over, self.parameters), self.plan.parameter_values(self.parameters)
-        shifted = {name: float(known[name]) * (1 + DIFFERENCE_STEP) or DIFFERENCE_STEP for name in self.names}
-        beside = ({**self.parameters, name: value} for name, value in shifted.items())
+        at = {**self.parameters, **{name: float(known[name]) for name in self.names}}
+        designs, _ = steps(self.plan, at, self.names)
+        beside = ({name: float(values[4 * p]) for name, values in designs.items()} for p in range(len(self.names)))
         return any(StrokeLine.of(self.plan, over, one) != here for one in beside)
 
     def _fail(self, place: int, error: Exception) -> None:
@@ -296,17 +298,29 @@ def by_members(plan: Plan, quantity: Quantity) -> list[Quantity]:
     ]
 
 
-def steps(at: Mapping[str, float], names: Iterable[str]) -> tuple[dict[str, Array], Array]:
-    """Designs beside one, four for each parameter, by name, and the steps (P,) that they are apart."""
-    names = list(names)
-    h = np.array([DIFFERENCE_STEP * (abs(at[name]) or 1.0) for name in names])
+def steps(plan: Plan, at: Mapping[str, float], names: Iterable[str]) -> tuple[dict[str, Array], Array]:
+    """Designs beside one, four for each parameter, by name, and how far they are from it (P, 4): to both sides where
+    the limits of the parameter allow that, else to one, the last of them the design itself."""
+    names, known = list(names), plan.parameter_values(at)
+    away = np.tile([-2.0, -1.0, 1.0, 2.0], (len(names), 1))
+    for p, name in enumerate(names):
+        h = DIFFERENCE_STEP * (abs(float(known[name])) or 1.0)
+        low, high = (float(plain(own)) for own in bounds(name, plan.mechanism.parameters[name], known))
+        if float(known[name]) + 2 * h > high:
+            away[p] = [-3.0, -2.0, -1.0, 0.0]
+        elif float(known[name]) - 2 * h < low:
+            away[p] = [3.0, 2.0, 1.0, 0.0]
+        away[p] *= h
     designs = {name: np.full(4 * len(names), value) for name, value in at.items()}
     for p, name in enumerate(names):
-        designs[name][4 * p : 4 * p + 4] += h[p] * np.array([-2.0, -1.0, 1.0, 2.0])
-    return designs, h
+        designs[name][4 * p : 4 * p + 4] += away[p]
+    return designs, away
 
 
-def differences(values: Array, h: Array) -> Array:
-    """Derivatives (q, P) from values (4 P, q) at the designs of `steps`, of fourth order in the steps."""
-    weights = np.array([1.0, -8.0, 8.0, -1.0]) / 12
-    return (np.einsum("s,psq->pq", weights, values.reshape(len(h), 4, -1)) / h[:, None]).T
+def differences(values: Array, away: Array) -> Array:
+    """Derivatives (q, P) from values (4 P, q) at the designs of `steps`, of fourth order in steps to both sides and of
+    third in steps to one: those of the polynomial through them."""
+    h = np.abs(away).max(axis=1)
+    powers = (away / h[:, None])[:, None, :] ** np.arange(4)[:, None]
+    weights = np.linalg.solve(powers, np.broadcast_to(np.eye(4)[1], (len(h), 4))[..., None])[..., 0]
+    return np.einsum("ps,psq->qp", weights / h[:, None], values.reshape(len(h), 4, -1))
