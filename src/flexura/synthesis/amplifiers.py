@@ -27,6 +27,9 @@ SPARE = 1.4
 LEAST_RATIO = 2.0
 """Of a lever: below there is no room between its hinges and its tip."""
 
+SHORTEST_LEAF = 0.16
+"""Length of the leaves of a bridge over their width, where the stack leaves room: shorter ones were not measured."""
+
 NECK_SHARE = 0.15
 """Length of the necks of a rod, over that of the rod."""
 
@@ -309,7 +312,8 @@ def _bridge_sizes(stack: Stack, thinnest: float, rod: float, needed: float) -> I
     e, wanted = stack.edge, SPARE * needed
     web = max(1.2 * thinnest, 0.06 * e)
     most = min(0.6 * e, (0.4 * stack.length + 0.2 * e - BRIDGE_WIDTH * e / 2) / 2)
-    leaf = Size(0.6 * most, 0.3 * most, most)
+    leaf = Size(0.6 * most, 0.45 * most, most)
+    deepest = max(1.25 * e, min(1.6 * e, leaf.least / SHORTEST_LEAF))
     found: list[tuple[float, dict[str, Size]]] = []
     for seat in e * np.array([0.3, 0.6, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0]):
         arms, thick = _reach_of(leaf.value, float(seat), web, stack)
@@ -322,7 +326,7 @@ def _bridge_sizes(stack: Stack, thinnest: float, rod: float, needed: float) -> I
             "leaf": leaf,
             "offset": _own(float(offset), 0.4, 2.0),
             "seat": Size(float(seat), 0.2 * e, 1.5 * float(seat)),
-            "depth": Size(1.5 * e, 1.05 * e, 2.5 * e),
+            "depth": Size(1.2 * e, 1.05 * e, deepest),
         }
         found.append((ratio, sizes))
         if ratio == wanted:
