@@ -277,7 +277,7 @@ def seen_from(a: Array, b: Array) -> Array:
     """The displacement and rotation (..., 6, 6) along a member's own (m, e, d) of the point halfway between its ends
     (..., 3), of a twist about the head: it is along d there, in the plane of m and d."""
     way = b - a
-    d = way / np.linalg.norm(way, axis=-1, keepdims=True)
+    d = way / np.sqrt((way**2).sum(axis=-1, keepdims=True))
     e = np.broadcast_to(E, d.shape)
     Q = np.stack([np.cross(e, d).astype(float), e, d], axis=-2)
     zero = np.zeros_like(Q)
@@ -285,7 +285,7 @@ def seen_from(a: Array, b: Array) -> Array:
         np.cross(((a + b) / 2)[..., None, :], np.eye(3)), dtype=float
     )  # rows: c x i; rotation by i displaces by i x c
     rows = [np.concatenate(own, axis=-1) for own in ((Q, -Q @ arm.swapaxes(-1, -2)), (zero, Q))]
-    return np.concatenate(rows, axis=-2)
+    return np.asarray(np.concatenate(rows, axis=-2), dtype=np.float64)
 
 
 LENGTH = Limit(0.15, 0.95, "room")

@@ -486,7 +486,7 @@ def _edges_of(profile: str, way: Array, sizes: Sizes) -> Array:
     m = np.zeros(3)
     if profile in (BAR, POST):
         thick = STOUT * sizes["radius"] + sizes["web"]
-        m = np.cross([0.0, thick / 2, 0.0], way / np.linalg.norm(way))
+        m = np.array([way[2], 0.0, -way[0]]) * thick / (2 * np.linalg.norm(way))
     return np.array([0 * e, e, -e, m, -m])[: 5 if m.any() else 3 if e.any() else 1]
 
 
@@ -511,10 +511,12 @@ def fitted(pattern: Pattern, room: Room, thinnest: float) -> Pattern | None:
     for share in SHARES:
         own = replace(pattern, share=share)
         drawn = as_drawn(own, room, thinnest)
-        if not _begins(own, room, thinnest) or _links_meet(own, room, thinnest):
+        if not _begins(own, room, thinnest):
             continue
         flat = drawn.moving.reshape(-1, 3)
         if (room.outside(flat) > ALONG * room.size).any() or room.in_platform(flat, 0.02 * room.size).any():
+            continue
+        if _links_meet(own, room, thinnest):
             continue
         others = drawn.all[1 : 1 + own.count // 2].reshape(-1, 3)
         if not len(others) or float(cdist(drawn.all[0], others, "sqeuclidean").min()) > (LEAST_AWAY * room.size) ** 2:
@@ -533,7 +535,10 @@ def _begins(pattern: Pattern, room: Room, thinnest: float) -> bool:
 
 def _links_meet(pattern: Pattern, room: Room, thinnest: float) -> bool:
     """Whether corners of links that do not begin at the platform are in it."""
-    nodes, kind = pattern.kind.points(sizes := drawn_first(pattern, room, thinnest)), pattern.kind
+    kind = pattern.kind
+    if not any(own.profile == BAR for own in kind.members.values()):
+        return False
+    nodes = kind.points(sizes := drawn_first(pattern, room, thinnest))
     ends = [
         nodes[node] + _edges_of(profile, nodes[b] - nodes[a], sizes)
         for a, b, profile in kind.members.values()
