@@ -18,6 +18,7 @@ from flexura.fem.geometry import BodySolid as BodySolid
 from flexura.fem.geometry import MemberSolid as MemberSolid
 from flexura.fem.geometry import SolidMaterial as SolidMaterial
 from flexura.fem.geometry import body_solids as body_solids
+from flexura.fem.geometry import filleted as filleted
 from flexura.fem.geometry import solids as solids
 from flexura.fem.matrices import KINDS as KINDS
 from flexura.fem.matrices import Face as Face
@@ -32,6 +33,7 @@ from flexura.fem.occ import write_step as write_step
 from flexura.fem.parts import as_beams as as_beams
 from flexura.fem.parts import with_rigid_faces as with_rigid_faces
 from flexura.fem.parts import with_solid_parts as with_solid_parts
+from flexura.fem.profiles import cut_profile as cut_profile
 from flexura.fem.reduced import LEAST_MODES as LEAST_MODES
 from flexura.fem.reduced import MOST_MODES as MOST_MODES
 from flexura.fem.reduced import Announce as Announce

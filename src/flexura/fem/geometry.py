@@ -278,7 +278,8 @@ class SolidMaterial:
 class MemberSolid:
     """A placed member: `axes` (3, 3) are its right-handed local axes as rows, `start` (3,) its first end, `length`, m.
 
-    `nodes` are the global numbers of its end nodes and `roots` of what these follow.
+    `nodes` are the global numbers of its end nodes and `roots` of what these follow. `fillets` are the radii, m, of
+    those at its ends, along z and against it, which `filleted` draws; outlines are without them.
     """
 
     name: str
@@ -289,6 +290,7 @@ class MemberSolid:
     axes: Array
     nodes: tuple[int, int]
     roots: tuple[int, int]
+    fillets: tuple[tuple[float, float], tuple[float, float]] = ((0.0, 0.0), (0.0, 0.0))
 
     @property
     def key(self) -> Hashable:
@@ -304,7 +306,26 @@ class MemberSolid:
     @property
     def volume(self) -> float:
         """Volume, m^3, of sections along the length."""
-        return self.shape.volume * self.length**3
+        corners = (1 - np.pi / 4) * sum(r**2 for pair in self.fillets for r in pair)
+        return self.shape.volume * self.length**3 + corners * 2 * float(self.outline.y[0])
+
+    def profile(self) -> list[Array]:
+        """The profile along x and z with its fillets, of a member of one section, as runs of points (n, 2), m, that
+        join."""
+        h, angle = float(self.outline.z[0]), np.linspace(0.0, np.pi / 2, 9)
+        runs: list[Array] = []
+        for side in (0, 1):
+            away = 1 - 2 * side
+            for end in (side, 1 - side):
+                r = self.fillets[end][side]
+                rise = r * np.stack([1 - np.cos(angle), 1 - np.sin(angle)], axis=-1)
+                rise = rise if end == side else rise[::-1]
+                at = np.array([self.length * end, away * h]) + rise * [1 - 2 * end, away]
+                if runs:
+                    runs.append(np.array([runs[-1][-1], at[0]]))
+                runs.append(at if r else at[[0, -1]])
+        runs.append(np.array([runs[-1][-1], runs[0][0]]))
+        return [run for run in runs if np.ptp(run, axis=0).any()]
 
     def local(self, points: Array) -> Array:
         """Local coordinates (..., 3) of global points."""
@@ -430,6 +451,27 @@ def solids(model: FullOrderModel, only: str | Collection[str] | None = None) -> 
         what = "there are no members" if only is None else f"no placed member is named {only!r} or lies in it"
         raise OptionError(f"{what}; solids are made of members, written INSTANCE.MEMBER")
     return tuple(members)
+
+
+def filleted(model: FullOrderModel, members: Sequence[MemberSolid]) -> tuple[MemberSolid, ...]:
+    """Members with the fillets that the model takes their ends to have; of copies of a substructure their mean."""
+    plan, values = model.plan, model.values
+    found = plan.roots.fillets(values, model.geometry)
+    if found is None:
+        return tuple(members)
+    numbers = {
+        ".".join((*path, member)): plan.roots.first[name] + k
+        for name, part in plan.parts.items()
+        for path in plan.topology.copies[name].paths
+        for k, member in enumerate(part.members)
+    }
+    radii = np.zeros((max(numbers.values()) + 1, 2, 2))
+    radii[found[0], found[1]] = found[2]
+    made = []
+    for member in members:
+        (a, b), (c, d) = (radii[numbers[member.name]] * 2 * float(member.outline.z[0])).tolist()
+        made.append(replace(member, fillets=((a, b), (c, d))))
+    return tuple(made)
 
 
 _WITHOUT_SOLID = {

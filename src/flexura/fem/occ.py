@@ -20,7 +20,7 @@ import numpy as np
 from flexura.arguments import verb
 from flexura.arrays import Array, Index
 from flexura.errors import ModelError, OptionError, Problem, SolverError, need
-from flexura.fem.geometry import MILLIMETRE, BodySolid, MemberSolid, Outline, body_solids, joints, solids
+from flexura.fem.geometry import MILLIMETRE, BodySolid, MemberSolid, Outline, body_solids, filleted, joints, solids
 from flexura.files import complete_file
 from flexura.structure import FullOrderModel, Pieces
 from flexura.tables import quantity
@@ -96,7 +96,8 @@ def member_shape(occ: ModuleType, member: MemberSolid, shape: Outline | None = N
         face = plane_face(occ, [placed(run[:, 0], 0.0, run[:, 1]) for run in shape.meridian()])
         return face.Revolve(occ.Axis(occ.gp_Pnt(*start), occ.gp_Vec(*along)), 360)
     y, z = float(shape.y.max()), float(shape.z.max())
-    face = plane_face(occ, [placed(run[:, 0], -y, run[:, 1]) for run in shape.runs(shape.z)])
+    runs = member.profile() if any(map(any, member.fillets)) else shape.runs(shape.z)
+    face = plane_face(occ, [placed(run[:, 0], -y, run[:, 1]) for run in runs])
     solid = face.Extrude(occ.gp_Vec(*(2 * y / MILLIMETRE * member.axes[1])))
     if np.ptp(shape.y) > 1e-9 * y:
         face = plane_face(occ, [placed(run[:, 0], run[:, 1], -z) for run in shape.runs(shape.y)])
@@ -281,7 +282,7 @@ def write_step(model: FullOrderModel, path: str | Path, *, only: str | None = No
     """
     if Path(path).suffix.lower() not in (".step", ".stp"):
         raise OptionError(f"{path}: a STEP file is named .step or .stp")
-    members = solids(model, only)
+    members = filleted(model, solids(model, only))
     bodies = body_solids(model, only)
     groups = joints(model, members).groups
     check_intersections(members)

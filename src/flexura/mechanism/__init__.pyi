@@ -77,6 +77,7 @@ from flexura.mechanism.description import with_elements as with_elements
 from flexura.mechanism.description import with_parts_placed as with_parts_placed
 from flexura.mechanism.description import with_rigid_bodies as with_rigid_bodies
 from flexura.mechanism.description import with_rigid_roots as with_rigid_roots
+from flexura.mechanism.description import without_fillets as without_fillets
 from flexura.mechanism.diaphragm import Diaphragm as Diaphragm
 from flexura.mechanism.diaphragm import Slit as Slit
 from flexura.mechanism.diaphragm import Spokes as Spokes

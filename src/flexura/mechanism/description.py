@@ -452,6 +452,18 @@ def with_rigid_roots(mechanism: Mechanism, nodes: Callable[[Substructure], Conta
     return rooted(mechanism).replaced({"substructures": parts})
 
 
+def without_fillets(mechanism: Mechanism) -> Mechanism:
+    """The same mechanism with sharp corners at the ends of its members."""
+
+    def sharp(part: P) -> P:
+        return part.with_members(
+            lambda member: member.replaced({"fillet": (0.0, 0.0)}) if any(member.fillet) else member
+        )
+
+    parts = {name: sharp(part) for name, part in mechanism.substructures.items()}
+    return sharp(mechanism).replaced({"substructures": parts})
+
+
 def with_rigid_bodies(mechanism: Mechanism) -> Mechanism:
     """The same mechanism with bodies none of which bends."""
 

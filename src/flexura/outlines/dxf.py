@@ -1,4 +1,4 @@
-"""Outlines out of DXF files, by ezdxf."""
+"""Outlines out of DXF files and into them, by ezdxf."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import numpy as np
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.errors import FlexuraError, OptionError, did_you_mean, need
-from flexura.files import refuse_unreadable
+from flexura.files import refuse_unreadable, write_file
 from flexura.outlines.chaining import outline_of
 from flexura.outlines.curves import NEAR, as_arcs
 from flexura.outlines.outline import Outline, Segment, refused
@@ -59,6 +59,19 @@ def read_dxf(path: str | Path, layers: Collection[str] | None = None, units: str
         raise
     except Exception as error:
         raise OptionError(f"{path}: a damaged drawing: {type(error).__name__}: {error}") from None
+
+
+@verb
+def write_dxf(outline: Outline, path: str | Path, *, layer: str = "cut") -> Path:
+    """Write the loops of an outline as closed polylines with arcs on one layer of a DXF file (R2010), in millimetres,
+    scale 1. Raises OptionError where it cannot be written."""
+    ezdxf = need("ezdxf", "solid")
+    document = ezdxf.new("R2010", units=4)
+    document.layers.add(layer)
+    for loop in outline.loops:
+        points = [(1e3 * own.start[0], 1e3 * own.start[1], own.bulge) for own in loop.segments]
+        document.modelspace().add_lwpolyline(points, format="xyb", close=True, dxfattribs={"layer": layer})
+    return write_file(path, document.saveas)
 
 
 def _outline(document: Any, layers: Collection[str] | None, units: str | None, path: str) -> Outline:

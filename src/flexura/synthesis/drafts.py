@@ -15,9 +15,10 @@ from flexura.modelfile import described
 from flexura.synthesis.amplifiers import ZERO, Drive, substructures
 from flexura.synthesis.drives import motion, reach
 from flexura.synthesis.limbs import LEAF, PROFILES, Terms, describe_member
-from flexura.synthesis.patterns import ALONG, RADII, Pattern, limits_of, lug_of
+from flexura.synthesis.patterns import ALONG, RADII, Pattern, limits_of, lug_of, posts_at
+from flexura.synthesis.posts import Form, Post, plus, with_fixed
 from flexura.synthesis.topologies import Topology
-from flexura.synthesis.wish import DOFS, Make, Room, Wish, WishFile, si
+from flexura.synthesis.wish import DOFS, Make, Room, Wish, WishFile
 
 RADIUS_LIMITS = (0.3, 0.95)
 STEPS = 5
@@ -62,7 +63,6 @@ def _data(topology: Topology, file: WishFile, room: Room, name: str) -> dict[str
         data["instances"][letter] = _placed(letter, own, room)
         copies = f"{letter}*" if own.count > 1 else letter
         carried += [f"{copies}.lug"] if own.has_lug else [f"{copies}.{head}" for head in own.kind.heads]
-        data["ground"] |= {f"{copies}.{foot}": "clamped" for foot in own.kind.feet}
     required = dict(file.required)
     move = {"about": own} if (own := _move(wish, room)) else {}
     if topology.drive is not None:
@@ -128,17 +128,19 @@ def _substructure(letter: str, own: Pattern, room: Room, make: Make) -> dict[str
         d = at[b] - at[a]
         m = axes @ np.cross([0.0, 1.0, 0.0], d / np.linalg.norm(d))
         member = {"nodes": [a, b], "material": material} | describe_member(profile, _vector(m), names)
-        if make.tool_radius is not None and profile == LEAF:
-            member["fillet"] = _mm(si(make.tool_radius))
+        if profile == LEAF and (corner := make.radius) is not None:
+            member["fillet"] = _mm(corner)
         (flexures if PROFILES[profile].free else links)[name] = member
     found: dict[str, Any] = {"nodes": nodes, "flexures": flexures, "links": links, "bodies": {}}
-    interface = [*own.kind.heads, *own.kind.feet]
+    interface = list(own.kind.heads)
     for name, (low, high) in own.kind.blocks.items():
         block = _block(letter, terms, axes, low, high, material)
         found["bodies"][name] = block | {"carries": list(own.kind.at(name))}
     if own.has_lug:
         found["bodies"]["lug"] = _lug(letter, own, room, terms, axes, material)
-        interface = ["lug", *own.kind.feet]
+        interface = ["lug"]
+    named = [(None if name is None else name.removeprefix(f"{letter}_"), v) for name, v in terms]
+    found["bodies"] |= {post.name: _post(letter, own, post, material) for post in posts_at(own, room, axes, named)}
     return {key: value for key, value in found.items() if value} | {"interface": interface}
 
 
@@ -159,6 +161,32 @@ def _block(
         "solid": {"shape": "box", "size": size, "material": material},
         "rotate": _rotation(axes),
     }
+
+
+def _post(letter: str, own: Pattern, post: Post, material: str) -> dict[str, Any]:
+    """A block of the base."""
+    low, high = ([with_fixed(form, own.kind.pinned, own.held) for form in ends] for ends in (post.low, post.high))
+    middle = [plus({None: 0.0}, a, b, by=0.5) for a, b in zip(low, high, strict=True)]
+    centre = [
+        (None if name is None else f"{letter}_{name}", c * post.axes[:, k])
+        for k, form in enumerate(middle)
+        for name, c in form.items()
+    ]
+    edges = [plus(b, a, by=-1.0) for a, b in zip(low, high, strict=True)]
+    return {
+        "centre": _point(centre),
+        "solid": {"shape": "box", "size": [_length(letter, own) for own in edges], "material": material},
+        "rotate": _rotation(post.axes),
+        **({"held": {"face": post.held}} if post.held else {}),
+        **({"carries": list(post.carries)} if post.carries else {}),
+    }
+
+
+def _length(letter: str, form: Form) -> str:
+    """A length as the sum of a number and sizes."""
+    number = form.get(None, 0.0)
+    sizes = ((f"{letter}_{name}", c) for name, c in form.items() if name is not None)
+    return f"{_mm(number)} {_sum(sizes, '+ ')}".strip() if abs(number) > 1e-9 else _sum(sizes)
 
 
 def _lug(
@@ -267,8 +295,13 @@ def _vector(v: Array) -> list[float]:
     return [round(float(x), 12) + 0.0 for x in v]
 
 
-def _sum(terms: Iterable[tuple[str, float]]) -> str:
-    return " + ".join(name if abs(c - 1) < ALONG else f"{c:.12g}*{name}" for name, c in terms)
+def _sum(terms: Iterable[tuple[str, float]], first: str = "") -> str:
+    """Sizes so many times each; `first` stands before them where that is positive."""
+    texts = (
+        f"{'+' if c > 0 else '-'} {name if abs(abs(c) - 1) < ALONG else f'{abs(c):.12g}*{name}'}" for name, c in terms
+    )
+    text = " ".join(texts)
+    return first + text.removeprefix("+ ") if text.startswith("+ ") else text
 
 
 def _point(terms: Iterable[tuple[str | None, Array]]) -> list[str | float]:
@@ -280,8 +313,7 @@ def _point(terms: Iterable[tuple[str | None, Array]]) -> list[str | float]:
         texts = [] if abs(fixed) < 1e-12 else [_mm(fixed)]
         for name, v in terms:
             if name is not None and abs(v[k]) > ALONG:
-                c = float(v[k])
-                texts.append(f"{'+' if c > 0 else '-'} {name if abs(abs(c) - 1) < ALONG else f'{abs(c):.12g}*{name}'}")
+                texts.append(_sum([(name, float(v[k]))], "+ "))
         found.append(" ".join(texts).removeprefix("+ ") if texts else 0.0)
     return found
 

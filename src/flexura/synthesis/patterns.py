@@ -16,7 +16,7 @@ Culpepper 2010), whatever their sizes are.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import compress, product
 from typing import Literal, NamedTuple
@@ -26,6 +26,8 @@ from scipy.spatial.distance import cdist
 
 from flexura.arrays import Array
 from flexura.synthesis.limbs import BAR, KINDS, POST, STOUT, WIDE, Kind, Sizes, Terms, place, unit_sizes
+from flexura.synthesis.posts import BEHIND, GAP, Ground, Post, leads_back, leads_on, posts_of
+from flexura.synthesis.posts import POST as BREADTH
 from flexura.synthesis.wish import ROOM, Room
 
 COUNTS = (1, 2, 3, 4)
@@ -55,11 +57,14 @@ SHORTEST = 0.1
 
 ALONG = 1e-6
 
-SHARES = (0.5, 0.2)
+SHARES = (0.5, 0.2, 0.85)
 """Where between their limits sizes are drawn first: the first of these at which a pattern fits."""
 
 LEAST_AWAY = 0.025
 """Distance of limbs from each other, over the smallest edge of the envelope."""
+
+SPACING = 0.05
+"""Distance of points of posts, over the same."""
 
 SAMPLES = 24
 """Points along a member at which it is held against what is in its way."""
@@ -139,8 +144,9 @@ class Pattern:
     platform may be at any distance from the axis unless they are `pinned`, where limbs are right at the distance alone
     at which they are drawn first. What is pinned of the sizes of the kind is `held` at so much, m.
 
-    `share` is where between their limits sizes are drawn first. Two that would cross are `aside`, each so far along its
-    width that they pass each other, which changes nothing of what they bear.
+    `share` is where between their limits sizes are drawn first, and `deep` says that walls of the base stand on deeper
+    blocks. Two that would cross are `aside`, each so far along its width that they pass each other, which changes
+    nothing of what they bear.
     """
 
     kind: Kind
@@ -154,6 +160,7 @@ class Pattern:
     held: float = 0.0
     share: float = SHARES[0]
     aside: bool = False
+    deep: bool = True
 
     def turns(self) -> Array:
         """Rotations (n, 3, 3) of the copies about the axis."""
@@ -268,6 +275,8 @@ def patterns(room: Room, process: str) -> list[Pattern]:
     fixed, moved = [kind for kind in kinds if not kind.pinned], [kind for kind in kinds if kind.pinned]
     every = np.concatenate([borne[kind.name] for kind in fixed], axis=1)
     first = np.cumsum([0, *(borne[kind.name].shape[1] for kind in fixed)])[:-1]
+    behind = {kind.name: (BEHIND - ROOM) * room.size * leads_on(kind) for kind in kinds}
+    beside = {kind.name: 2 * (GAP + BREADTH) * room.size * leads_back(kind) for kind in kinds}
     found = []
     for count, site in ((n, site) for n in COUNTS for site in sites(room, n)):
         F, further = (_freedoms(room, site.head(room, radius), count) for radius in RADII)
@@ -288,8 +297,9 @@ def patterns(room: Room, process: str) -> list[Pattern]:
                     if (kind.is_round and k) or (sign < 0 and (kind.is_round or not kind.is_one_sided)):
                         continue
                     aside = passing and kind.width and "thickness" in kind.sizes and not kind.pinned
-                    run = whole if aside else apart
+                    run = (whole if aside else apart) - behind[kind.name] * (abs(d[2]) < 1 - ALONG)
                     across = _across(room, site, ARM_AT * run * d, axes[:, 0], _turns(count), kind)
+                    across -= beside[kind.name]
                     if run < SHORTEST * room.size or (kind.is_broad and across < NARROWEST * room.size):
                         continue
                     pinned = site.where == "below" and np.abs(other.T @ W).max(initial=0.0) > ALONG
@@ -447,10 +457,11 @@ def lug_of(pattern: Pattern, room: Room) -> tuple[Terms, Array]:
 
 class Drawn(NamedTuple):
     """A pattern as drawn first: points (copies, n, 3) along the middle and both edges of members, the same and those of
-    blocks, and all of it and of lugs."""
+    blocks, of posts, and of all of it and of lugs."""
 
     members: Array
     moving: Array
+    posts: Array
     all: Array
 
 
@@ -476,8 +487,21 @@ def as_drawn(pattern: Pattern, room: Room, thinnest: float) -> Drawn:
         longer, edges = lug_of(pattern, room)
         half = (edges + place(longer, sizes)) / 2
         every = np.concatenate([moving, (2 * _GRID - 1) * half - [0.0, 0.0, half[2]]])
-    own = _copies(pattern, room, sizes, every)
-    return Drawn(own[:, : len(members)], own[:, : len(moving)], own)
+    spacing = SPACING * room.size
+    standing = [post.points(sizes, spacing) for post in posts_at(pattern, room, np.eye(3), [])] or [np.empty((0, 3))]
+    every = np.concatenate([*standing, every])
+    own, n = _copies(pattern, room, sizes, every), sum(map(len, standing))
+    return Drawn(own[:, n : n + len(members)], own[:, n : n + len(moving)], own[:, :n], own)
+
+
+def posts_at(pattern: Pattern, room: Room, axes: Array, head: Sequence[tuple[str | None, Array]]) -> list[Post]:
+    """Posts of the first limb of a pattern, whose axes are columns (3, 3) of some frame and whose head is at a point of
+    that, or at its origin."""
+    fixed, _ = pattern.shift(pattern.lug(room))
+    level = -float((pattern.site.head(room) + fixed)[2]) if not head else 0.0
+    shelf = level + float(room.middle[2] - room.platform[2]) - room.clear - GAP * room.size
+    ground = Ground(axes @ pattern.axes[2], level, shelf, room.size, pattern.deep)
+    return posts_of(pattern.kind, head, axes, ground)
 
 
 def _edges_of(profile: str, way: Array, sizes: Sizes) -> Array:
@@ -508,10 +532,14 @@ def fitted(pattern: Pattern, room: Room, thinnest: float) -> Pattern | None:
         and abs(pattern.site.axes[:, 0] @ pattern.axes[:, 0]) > ALONG
     ):
         return None
-    for share in SHARES:
-        own = replace(pattern, share=share)
+    if not posts_at(pattern, room, np.eye(3), []):
+        return None
+    for share, deep in product(SHARES, (True, False)):
+        own = replace(pattern, share=share, deep=deep)
         drawn = as_drawn(own, room, thinnest)
         if not _begins(own, room, thinnest):
+            continue
+        if _outside(drawn.posts.reshape(-1, 3), room):
             continue
         flat = drawn.moving.reshape(-1, 3)
         if (room.outside(flat) > ALONG * room.size).any() or room.in_platform(flat, 0.02 * room.size).any():
@@ -522,6 +550,11 @@ def fitted(pattern: Pattern, room: Room, thinnest: float) -> Pattern | None:
         if not len(others) or float(cdist(drawn.all[0], others, "sqeuclidean").min()) > (LEAST_AWAY * room.size) ** 2:
             return own
     return None
+
+
+def _outside(points: Array, room: Room) -> bool:
+    """Whether points (n, 3) of posts are outside of the envelope or in the way of the platform."""
+    return bool((room.outside(points) > ALONG * room.size).any() or room.in_platform(points, -room.clear).any())
 
 
 def _begins(pattern: Pattern, room: Room, thinnest: float) -> bool:

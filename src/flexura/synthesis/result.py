@@ -13,7 +13,7 @@ from flexura.records import Record
 from flexura.results import Tabular
 from flexura.screws import ScrewSpace
 from flexura.study.requirements import Requirement
-from flexura.tables import Facts, Item, counted, number, quantity
+from flexura.tables import Facts, Item, Line, counted, number, quantity, signed_percent
 
 
 @dataclass(frozen=True, repr=False)
@@ -25,7 +25,8 @@ class Candidate(Record):
     freedom is as its softest constraint, at rest or at an end of the stroke, where it is least, rotations counted at a
     quarter of the larger edge of the envelope, and `least_gap` what it is to be; `first_hz` and
     `mass` (kg) are those of the mechanism, and `requirements` have their verdicts, those over strokes among them.
-    `clashes` are solids that meet, at rest or over the stroke, in words.
+    `clashes` are solids that meet, at rest or over the stroke, in words. `made` are files beside it for making it, and
+    `not_made` says why there are no others; both are empty where nothing was tried.
     """
 
     _shown = ("file", "topology", "freedoms")
@@ -41,6 +42,8 @@ class Candidate(Record):
     mass: float
     requirements: tuple[Requirement, ...]
     clashes: tuple[str, ...] = ()
+    made: tuple[str, ...] = ()
+    not_made: tuple[str, ...] = ()
 
     @property
     def n_met(self) -> int:
@@ -69,12 +72,55 @@ def margin_of(own: Requirement) -> float:
 
 
 @dataclass(frozen=True, repr=False)
+class WholeCandidateMode(Record):
+    """A mode of the part as one solid: `frequency_hz`, its counterpart in the described model, `described_hz`, and by
+    what relative `difference` that is off. The part is expected from `low` to `high` beside what is described, relative
+    (the model error); `is_within` says whether the solid lies there. None where there is no counterpart."""
+
+    _shown = ("frequency_hz", "difference")
+
+    frequency_hz: float
+    described_hz: float | None
+    difference: float | None
+    low: float | None
+    high: float | None
+    is_within: bool | None
+
+
+@dataclass(frozen=True, repr=False)
+class WholeCandidate(Record):
+    """The winner, by its `file`, as one solid beside its description, as `verify` with `whole` has it: modes, `seconds`
+    that they took, and `notes`, among them why there are none where that is so."""
+
+    _shown = ("file", "modes")
+
+    file: str
+    modes: tuple[WholeCandidateMode, ...]
+    seconds: float
+    notes: tuple[str, ...] = ()
+
+    @property
+    def said(self) -> str:
+        """What came of it, in a sentence."""
+        known = [own for own in self.modes if own.is_within is not None]
+        if not known:
+            return f"{self.file}: {self.notes[-1] if self.notes else 'no mode has a counterpart in its solid'}"
+        within = sum(bool(own.is_within) for own in known)
+        worst = max((own.difference or 0.0 for own in known), key=abs)
+        return (
+            f"{self.file} as one solid: {within} of {counted(len(known), 'mode')} within the model error, the described"
+            f" ones off by at most {signed_percent(worst)}"
+        )
+
+
+@dataclass(frozen=True, repr=False)
 class Candidates(Tabular):
     """Mechanisms that were found for a wish, best first.
 
     `n_topologies` were listed, `n_at_rest` of them worked out in `n_designs` designs at rest. `ruled_out` counts by
     requirement the topologies that miss it at rest in the best design that was found; `freedoms` there are those whose
-    freedoms and constraints are less than ten times apart.
+    freedoms and constraints are less than ten times apart. `whole` is the first candidate as one solid, where that was
+    asked for.
     """
 
     _shown = ("name", "freedoms", "candidates")
@@ -87,6 +133,7 @@ class Candidates(Tabular):
     candidates: tuple[Candidate, ...]
     ruled_out: Mapping[str, int]
     notes: tuple[str, ...] = ()
+    whole: WholeCandidate | None = None
 
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
@@ -120,6 +167,8 @@ class Candidates(Tabular):
             }
         )
         yield from super().presentation()
+        if self.whole is not None:
+            yield Line(self.whole.said)
 
     def _columns(self) -> dict[str, Any]:
         own = self.candidates

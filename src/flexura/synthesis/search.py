@@ -26,6 +26,7 @@ from flexura.study.engine import Blocks, blocks_of
 from flexura.study.requirements import described_relations
 from flexura.synthesis.drafts import draft
 from flexura.synthesis.drives import driven
+from flexura.synthesis.making import made
 from flexura.synthesis.optima import SECONDS, Judged, Optima, judged
 from flexura.synthesis.result import Candidate, Candidates, freedoms_in_short
 from flexura.synthesis.screening import AtRest, OverStroke
@@ -56,6 +57,7 @@ def design(
     folder: str | Path,
     most: int = 300,
     samples: int = SAMPLES,
+    verify: bool = True,
     workers: int | None = None,
     scheduler: str | None = None,
     progress: Listener | None = None,
@@ -64,9 +66,11 @@ def design(
     """Mechanisms that do what a wish file asks for, best first, written into a folder as mechanism files.
 
     All topologies of the grammar are listed, and of the plainest, `most` of them, `samples` designs each worked out at
-    rest; the best are led through their strokes, and the best of these optimised. What is done of a wish is kept in the
-    folder, and the same call goes on there; `found` is told of the candidates as soon as there are some, and whenever
-    one is better. Raises ModelError for what is wrong with the wish, and OptionError where nothing is found.
+    rest; the best are led through their strokes, and the best of these optimised. STEP and DXF files are made of the
+    first ten, and with `verify` the winner is verified as one solid, which takes a minute or more and some gigabytes.
+    What is done of a wish is kept in the folder, and the same call goes on there; `found` is told of the candidates as
+    soon as there are some, and whenever one is better. Raises ModelError for what is wrong with the wish, and
+    OptionError where nothing is found.
     """
     text = text_of(Path(wish))
     file = read_as(WishFile, text, str(wish))
@@ -110,7 +114,11 @@ def design(
             remarks.append(f"{own.candidate.topology}: the search for an optimum ended after {SECONDS:g} s, unfinished")
         if written.add(judged(work, own.number, columns["values"])):
             result = written.write()
-    return written.write() if tuple(remarks) != result.notes else result
+    if tuple(remarks) != result.notes:
+        result = written.write()
+    for with_files in made(result, Path(folder), verify, report):
+        written.keep(result := with_files)
+    return result
 
 
 class _Run(NamedTuple):
@@ -215,15 +223,19 @@ class _Written:
         counts = {"n_topologies": self.n_topologies, "n_at_rest": work.blocks, "n_designs": n_designs}
         notes = tuple(self.remarks)
         result = Candidates(work.file.name, short, **counts, candidates=candidates, ruled_out=ruled_out, notes=notes)
+        self.keep(result)
+        return result
+
+    def keep(self, result: Candidates) -> None:
+        """Write the list, and tell of it."""
         text = json.dumps(result.to_dict(), indent=1) + "\n"
         write_file(self.folder / "design.json", lambda to: to.write_text(text, encoding="utf-8"))
         if self.found is not None:
             self.found(result)
-        return result
 
 
 def _notes(found: int, most: int) -> tuple[str, ...]:
-    told = ["posts and ground are not drawn and rigid here"]
+    told = ["posts stand on the base, which is rigid here; blocks that are drawn below walls may be parts of their own"]
     if found > most:
         told.append(f"{found - most} topologies, those with the most limbs, were listed and not worked out")
     return tuple(told)

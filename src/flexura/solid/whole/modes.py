@@ -18,7 +18,7 @@ from flexura.errors import OptionError, SolverError
 from flexura.fem import as_beams
 from flexura.full_order import assemble
 from flexura.linalg import SingularError, factorise_large
-from flexura.mechanism import Mechanism, with_rigid_bodies, with_rigid_roots
+from flexura.mechanism import Mechanism, with_rigid_bodies, with_rigid_roots, without_fillets
 from flexura.methods import Counterpart, Solution, counterparts
 from flexura.reduction import full_order_modes
 from flexura.results import Tabular
@@ -271,6 +271,9 @@ def verify_whole(
     """The `n` lowest modes of the part as one solid beside the described model. Raises as `WholePart`."""
     began, single = time.perf_counter(), one_design(parameters)
     beams = as_beams(model)
+    sharp = without_fillets(beams)
+    corners = () if sharp == beams else ("fillets are left out, of the solid and of the described model beside it",)
+    beams = sharp
     described, stiff_bodies = assemble(beams, single), with_rigid_bodies(beams)
     stiff, rigid = assemble(stiff_bodies, single), assemble(with_rigid_roots(stiff_bodies), single)
     names = described.plan.topology.node_names
@@ -348,7 +351,7 @@ def verify_whole(
         dofs=fine.dofs,
         mass=fine.mass,
         seconds=time.perf_counter() - began,
-        notes=fine.notes,
+        notes=(*fine.notes, *corners),
     )
 
 
