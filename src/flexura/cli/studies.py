@@ -314,11 +314,14 @@ def design_command(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Write mechanism files and the page here, and go on here.")],
     most: Annotated[int, typer.Option(min=1, help="Topologies that are worked out, the plainest first.")] = 300,
     samples: Annotated[int, typer.Option(min=1, help="Designs of each at rest.")] = 64,
+    verify: Annotated[
+        bool, typer.Option(help="The best as one solid at last: a minute or more, and some gigabytes of memory.")
+    ] = True,
     workers: Workers = None,
     scheduler: Scheduler = None,
 ) -> Answer:
     """From wished freedoms to mechanisms: every topology of limbs that leaves them free, sized, best first."""
-    from flexura.pages.report import save_designs
+    from flexura.pages.report import REPORTS, save_designs
     from flexura.synthesis import design
 
     with steps_shown() as progress, _kept_when_interrupted(out):
@@ -327,9 +330,11 @@ def design_command(
             folder=out,
             most=most,
             samples=samples,
+            verify=verify,
             workers=workers,
             scheduler=scheduler,
             progress=progress,
             found=lambda found: save_designs(found, out, wish=wish),
         )
+        save_designs(result, out, wish=wish, reports=REPORTS, progress=progress)
     return Answer(result, write=lambda: [out / "index.html", out / "design.json"])

@@ -1,5 +1,7 @@
 from flexura.synthesis.result import Candidate as Candidate
 from flexura.synthesis.result import Candidates as Candidates
+from flexura.synthesis.result import WholeCandidate as WholeCandidate
+from flexura.synthesis.result import WholeCandidateMode as WholeCandidateMode
 from flexura.synthesis.search import design as design
 from flexura.synthesis.topologies import Topology as Topology
 from flexura.synthesis.topologies import topologies as topologies

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from typing import Any, Literal, TypeAlias
+from urllib.parse import quote
 
 import numpy as np
 
@@ -128,6 +129,13 @@ class Verbatim:
 
 
 @dataclass(frozen=True)
+class Files:
+    """Files beside the page, by name."""
+
+    names: Sequence[str]
+
+
+@dataclass(frozen=True)
 class Folded:
     """What is there for those who unfold it."""
 
@@ -151,7 +159,18 @@ class Facts:
 
 
 Block: TypeAlias = (
-    Paragraph | Bullets | Evidence | Table | ChartFigure | Scatters | ViewerFigure | Picture | Verbatim | Folded | Facts
+    Paragraph
+    | Bullets
+    | Evidence
+    | Table
+    | ChartFigure
+    | Scatters
+    | ViewerFigure
+    | Picture
+    | Verbatim
+    | Files
+    | Folded
+    | Facts
 )
 
 
@@ -350,6 +369,11 @@ def _scatters(block: Scatters) -> str:
     return f'<div class="scatters">{"".join(figures)}</div>'
 
 
+def _files(block: Files) -> str:
+    links = (f'<a href="{escape(quote(own))}">{escape(own)}</a>' for own in block.names)
+    return f'<p class="files">{" · ".join(links)}</p>'
+
+
 def _verbatim(block: Verbatim) -> str:
     return f'<pre tabindex="0">{escape(block.text)}</pre>'
 
@@ -378,6 +402,7 @@ _WRITERS: dict[type, Callable[[Any], str]] = {
     Scatters: _scatters,
     Picture: _picture,
     Verbatim: _verbatim,
+    Files: _files,
     Folded: _folded,
     Facts: _facts,
 }

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+import hashlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -12,8 +13,9 @@ import numpy as np
 from flexura._version import __version__
 from flexura.arguments import verb
 from flexura.charts import Axis
+from flexura.deadline import Listener, Progress, no_listener
 from flexura.errors import FlexuraError
-from flexura.files import write_file
+from flexura.files import read_bytes, write_file
 from flexura.full_order import plan_of
 from flexura.modelfile import load, text_of
 from flexura.pages.report.chart import Point, Scatter
@@ -24,6 +26,7 @@ from flexura.pages.report.document import (
     Evidence,
     Fact,
     Facts,
+    Files,
     Folded,
     Paragraph,
     Picture,
@@ -37,14 +40,17 @@ from flexura.pages.report.document import (
     data_of,
     warned,
 )
-from flexura.pages.report.report import style
+from flexura.pages.report.report import report, style
 from flexura.pages.report.studies import TONES
 from flexura.pages.report.subject import Commands, Subject
 from flexura.pages.report.understood import parameters_of, png_of
 from flexura.pages.viewer import page, scene_of, to_json
-from flexura.synthesis import Candidate, Candidates
-from flexura.tables import counted, number, percent, quantity, scale_for
+from flexura.synthesis import Candidate, Candidates, WholeCandidate
+from flexura.tables import counted, number, percent, quantity, scale_for, signed_percent
 from flexura.view import draw_mechanism
+
+REPORTS = 10
+"""Candidates that the command makes reports of."""
 
 MOST = 40
 """Candidates that are shown, each with its picture and its scene."""
@@ -140,24 +146,63 @@ def undominated(own: Sequence[Candidate], aims: Sequence[Aim]) -> list[Candidate
 
 
 @verb
-def save_designs(found: Candidates, folder: str | PathLike[str], *, wish: str | PathLike[str] | None = None) -> Path:
+def save_designs(
+    found: Candidates,
+    folder: str | PathLike[str],
+    *,
+    wish: str | PathLike[str] | None = None,
+    reports: int = 0,
+    progress: Listener | None = None,
+) -> Path:
     """The page `index.html` of designs beside their files in a folder, from which pictures and sizes are; returns its
     path.
 
     `wish` is the file of the wish, which stands at the top of the page as it is. The page needs no network and nothing
-    beside it. A file that cannot be read or drawn is told in its place. Raises ModelError for a wish that cannot be
-    read and OptionError where the page cannot be written.
+    beside it; it leads to the files for making candidates, and to the reports of the first so many, `reports`, which
+    are made unless they are there of the same files; `progress` is told of each. A file that cannot be read or drawn is
+    told in its place. Raises ModelError for a wish that cannot be read and OptionError where the page cannot be
+    written.
     """
     shown = found.candidates[:MOST]
+    told, without = progress or no_listener, dict[str, str]()
+    try:
+        for k, own in enumerate(shown[:reports]):
+            told(Progress("reports of the best", k, min(reports, len(shown))))
+            without[own.file] = _reported(Path(folder) / own.file)
+    finally:
+        path = _saved(found, shown, Path(folder), wish, without)
+    return path
+
+
+def _reported(path: Path) -> str:
+    """Why a file has no report beside it; empty where it has one."""
+    to = path.with_suffix(".html")
+    try:
+        digest = hashlib.sha256(read_bytes(path)).hexdigest()
+        if not to.is_file() or digest not in to.read_text(encoding="utf-8", errors="replace"):
+            report(load(path), file=path, out=to)
+    except FlexuraError as error:
+        return f"no report: {error}"
+    return ""
+
+
+def _saved(
+    found: Candidates,
+    shown: Sequence[Candidate],
+    folder: Path,
+    wish: str | PathLike[str] | None,
+    without: Mapping[str, str],
+) -> Path:
+    """The page; `without` says of files that have a report or ought to have one why they have none."""
     good = [own for own in shown if own.meets_all] or shown
-    cards = [_card(found, k, own, good, Path(folder)) for k, own in enumerate(shown)]
+    cards = [_card(found, k, own, good, folder, without) for k, own in enumerate(shown)]
     asked = () if wish is None else (Section("wish", "The wish", Content(_wished(text_of(Path(wish))))),)
     first = [*asked, Section("counts", "What was found", Content([*_counts(found, good), *_remarks(found)]))]
     sections = [Section("trade", "What trades for what", Content([*_trade(found, shown, good)])), *cards]
     title, under = f"{found.name}: designs", f"{found.freedoms}; made by flexura {__version__}"
     body = body_of(title, under, first, sections)
     text = page(title, body, "report", data_of([*first, *sections]), style=style() + STYLE)
-    return write_file(Path(folder) / "index.html", lambda scratch: scratch.write_text(text, encoding="utf-8"))
+    return write_file(folder / "index.html", lambda scratch: scratch.write_text(text, encoding="utf-8"))
 
 
 def _wished(text: str) -> list[Block]:
@@ -229,8 +274,15 @@ def _scatter(shown: Sequence[Candidate], good: Sequence[Candidate], along: Aim, 
     return Scatter(title, said, Axis(along.what, x_unit), Axis(up.what, y.unit), [*points.values()], best)
 
 
-def _card(found: Candidates, place: int, own: Candidate, good: Sequence[Candidate], folder: Path) -> Section:
-    """A candidate: why it is here, what it is, its requirements, its sizes, and itself."""
+def _card(
+    found: Candidates,
+    place: int,
+    own: Candidate,
+    good: Sequence[Candidate],
+    folder: Path,
+    without: Mapping[str, str],
+) -> Section:
+    """A candidate: why it is here, what it is, its requirements, its files, its sizes, and itself."""
     name, asked = name_of(own), own.requirements
     rows = [(each.verdict, f"{each.name}: {each.text}", each.state) for each in asked]
     facts = {"freedoms": own.freedoms, **{aim.what: aim.said(own) for aim in AIMS}}
@@ -238,6 +290,9 @@ def _card(found: Candidates, place: int, own: Candidate, good: Sequence[Candidat
         *_why(found, own, good),
         Facts([(Fact(label, value), name, "") for label, value in facts.items()]),
         *([Table(["verdict", "requirement", "is"], rows, tones=TONES)] if rows else []),
+        Files([own.file, *([f"{name}.html"] if without.get(own.file) == "" else []), *own.made]),
+        *(Paragraph(text, "soft") for text in (*own.not_made, without.get(own.file, "")) if text),
+        *(_proven(found.whole) if found.whole is not None and found.whole.file == own.file else []),
     ]
     try:
         picture, *rest = _drawn(own, folder / own.file, name)
@@ -245,6 +300,27 @@ def _card(found: Candidates, place: int, own: Candidate, good: Sequence[Candidat
     except FlexuraError as error:
         blocks.append(Paragraph(f"{own.file} could not be drawn: {error}", "bad"))
     return Section(name, f"{place + 1}. {own.topology}", Content(blocks))
+
+
+def _proven(own: WholeCandidate) -> Iterator[Block]:
+    """The winner as one solid."""
+    is_within = all(mode.is_within is not False for mode in own.modes)
+    yield Paragraph(f"{own.said}.", ("good" if is_within else "warning") if own.modes else "warning")
+    rows = [
+        [
+            str(k),
+            quantity(mode.frequency_hz, "Hz", 5),
+            "none" if mode.described_hz is None else quantity(mode.described_hz, "Hz", 5),
+            signed_percent(mode.difference),
+            "" if mode.low is None or mode.high is None else f"{100 * mode.low:+.1f} to {100 * mode.high:+.1f} %",
+            {True: "within", False: "outside", None: "not known"}[mode.is_within],
+        ]
+        for k, mode in enumerate(own.modes, 1)
+    ]
+    headings = ["mode", "as one solid", "described", "off by", "part expected", "solid is"]
+    tones: dict[str, Tone] = {"within": "good", "outside": "bad"}
+    table = [Table(headings, rows, range(1, 5), tones=tones)] if rows else []
+    yield Folded("mode by mode, and how", [*table, Bullets(own.notes, "soft")])
 
 
 def _why(found: Candidates, own: Candidate, good: Sequence[Candidate]) -> Iterator[Block]:
