@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from flexura.errors import ModelError
-from flexura.pages.report import save_designs
+from flexura.pages.report import gallery, save_designs
 from flexura.pages.report.gallery import AIMS, MOST, undominated
 from flexura.study.requirements import Requirement
-from flexura.synthesis import Candidate, Candidates
+from flexura.synthesis import Candidate, Candidates, WholeCandidate, WholeCandidateMode
 from helpers.browser import DESKTOP, PHONE, Opened, serious_findings, shot
 
 GUIDE = Path(__file__).parents[2] / "examples/guide/guide.yaml"
@@ -126,6 +126,27 @@ def test_undominated_are_those_that_no_other_beats():
     many = [candidate(k, float(f), float(m)) for k, (f, m) in enumerate(rng.integers(400, 420, (60, 2)))]
     expected = [a for a in many if not any(is_beaten(a, b) for b in many)]
     assert undominated(many, AIMS[:2]) == expected
+
+
+def test_cards_lead_to_files_and_reports_that_are_made_once(tmp_path, monkeypatch):
+    shutil.copy(GUIDE, tmp_path / "candidate-01.yaml")
+    mode = WholeCandidateMode(100.0, 101.0, 0.01, -0.02, 0.02, True)
+    own = candidate(1, 700.0, 0.04, made=("candidate-01.step",), not_made=("no DXF: it is not flat",))
+    designs = replace(
+        found(own, candidate(2, 500.0, 0.02)), whole=WholeCandidate(own.file, (mode,), 60.0, ("held at its base",))
+    )
+    asked, make = [], gallery.report
+    monkeypatch.setattr(gallery, "report", lambda *args, **kept: (asked.append(kept["file"]), make(*args, **kept)))
+    for _ in range(2):
+        text = save_designs(designs, tmp_path, reports=2).read_text(encoding="utf-8")
+        for name in ("candidate-01.yaml", "candidate-01.html", "candidate-01.step"):
+            assert f'<a href="{name}">' in text
+            assert (tmp_path / name).exists() or name.endswith("step")
+        assert 'href="candidate-02.html"' not in text
+        assert "no DXF: it is not flat" in text
+        assert "no report: " in text
+        assert "1 of 1 mode within the model error" in text
+    assert [path.name for path in asked] == ["candidate-01.yaml"]
 
 
 def test_many_bad_numbers_and_none_at_all(tmp_path):

@@ -113,6 +113,7 @@ def test_what_is_made_is_kept_and_what_cannot_be_made_is_told(leaves, tmp_path, 
         *_, found = made(own, tmp_path, True, lambda _: None)
         assert found.candidates[0].made == ()
         assert found.candidates[0].not_made == ("no STEP: netgen is not installed", "no DXF: netgen is not installed")
+        assert found.whole is not None
         assert "not verified whole: netgen is not installed" in found.whole.said
     assert len(asked) == 3
     save(fx.load(tmp_path / "candidate-01.yaml").replaced({"name": "another"}), tmp_path / "candidate-01.yaml")
@@ -136,6 +137,7 @@ def test_the_winner_is_beside_its_solid(leaves, tmp_path, monkeypatch):
     monkeypatch.setattr(making, "without_fillets", lambda own: own)
     monkeypatch.setattr(making, "_files", lambda *_: ([], []))
     *_, found = made(candidates(tmp_path, leaves), tmp_path, True, lambda _: None)
+    assert found.whole is not None
     assert [own.is_within for own in found.whole.modes] == [True, False]
     assert "1 of 2 modes within the model error" in found.whole.said
     assert found.to_dict()["whole"]["modes"][1]["difference"] == pytest.approx(1.0)

@@ -124,8 +124,8 @@ def _whole(mechanism: Mechanism) -> dict[str, Any]:
         row |= {"difference": own.difference, "low": None, "high": None, "is_within": None}
         if own.described_hz is not None:
             k = int(abs(stated.frequency_hz - own.described_hz).argmin())
-            if stated.model_error[k] is not None:
-                low, high = stated.model_error[k]
+            if (error := stated.model_error[k]) is not None:
+                low, high = error
                 off = own.frequency_hz / own.described_hz - 1
                 row |= {"low": low, "high": high}
                 row["is_within"] = bool(low - own.uncertainty <= off <= high + own.uncertainty)

@@ -45,7 +45,7 @@ Form = Mapping[str | None, float]
 Borne = Sequence[tuple[str | None, Array]]
 """A point: a fixed part and, by size, directions (3,)."""
 
-SECTIONS: dict[str, tuple[dict[str, float], dict[str, float]]] = {
+SECTIONS: dict[str, tuple[Form, Form]] = {
     LEAF: ({"thickness": 0.5}, {"width": 0.5}),
     WIRE: ({"diameter": 0.5}, {"diameter": 0.5}),
     NECK: ({"diameter": 1.5}, {"diameter": 1.5}),
@@ -84,7 +84,7 @@ def with_fixed(form: Form, name: str, value: float) -> Form:
     return plus({None: form.get(name, 0.0) * value}, {own: c for own, c in form.items() if own != name})
 
 
-def plus(*forms: Form, by: float = 1.0) -> dict[str | None, float]:
+def plus(*forms: Form, by: float = 1.0) -> Form:
     """The sum of forms, of all but the first so many times."""
     total = dict(forms[0])
     for form in forms[1:]:
@@ -232,10 +232,14 @@ class _Feet:
         return [bracket, self._standing(low, high, (self.name,), "_side")]
 
 
+def _times(name: str | None, factor: float) -> Form:
+    return {name: factor}
+
+
 def _along(head: Borne, axes: Array, node: Terms, axis: Array) -> Form:
     """The coordinate of a node along an axis."""
     return plus(
         {None: 0.0},
-        *({name: float(v @ axis)} for name, v in head),
-        *({size: float(axes @ np.array(c) @ axis)} for size, c in node.items()),
+        *(_times(name, float(v @ axis)) for name, v in head),
+        *(_times(size, float(axes @ np.array(c) @ axis)) for size, c in node.items()),
     )

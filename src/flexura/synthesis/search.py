@@ -220,7 +220,8 @@ class _Written:
         n_designs = int(sum(own["count"] for own in self.at_rest.values()))
         ruled_out = _ruled_out(work, self.at_rest)
         short = freedoms_in_short(work.room.freedoms)
-        counts = {"n_topologies": self.n_topologies, "n_at_rest": work.blocks, "n_designs": n_designs}
+        counts: dict[str, Any] = {"n_topologies": self.n_topologies, "n_at_rest": work.blocks}
+        counts |= {"n_designs": n_designs}
         notes = tuple(self.remarks)
         result = Candidates(work.file.name, short, **counts, candidates=candidates, ruled_out=ruled_out, notes=notes)
         self.keep(result)
