@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from flexura.arrays import Array
 from flexura.beam import rigid_arm
-from flexura.errors import ModelError, Problem, SolverError, need
+from flexura.errors import ModelError, OptionError, Problem, SolverError, need
 from flexura.fem import MILLIMETRE, CurvedElements, MemberSolid, fit_forms, refuse_memory
 from flexura.mechanism import DOF_NAMES
 from flexura.solid.whole.pieces import Block, Piece, Pieces, clamped_nodes, is_ground
@@ -40,6 +40,9 @@ STATIONS = 81
 """Places along a contour at which its thickness bounds the length of tetrahedra."""
 DOFS_OF_CELL = {2: 5.5, 3: 18.0, 4: 40.0, 5: 74.0}
 """DOFs over tetrahedra, of thin parts, by order."""
+
+MOST_TIED = 12_000
+"""DOFs whose mean motions may be tied to each other: their matrix is dense, and its factors take some gigabytes."""
 
 STIFF = 1e3
 """Stiffness of what ties mean motions, over that of a cube of the material as wide as the patch."""
@@ -241,6 +244,10 @@ class Lumped:
         n = self._elements.dofs + 6 * len(self._loose)
         matrix = _wider(matrix, n, n)
         for motion, A in terms:
+            if (tied := len(np.unique(motion.indices))) > MOST_TIED:
+                where = "; ".join(self.notes) or "springs, masses and partial supports act on patches that large"
+                rule = f"{tied} DOFs would be tied to each other, which takes too much memory"
+                raise OptionError(f"{rule}: {where}; let solids touch over a face")
             B = _wider(motion, n)
             matrix = matrix + (B.T @ sp.csr_matrix(A) @ B).tocsr()
         return matrix.tocsr()
