@@ -22,6 +22,9 @@ from flexura.synthesis.wish import DOFS, Make, Room, Wish, WishFile
 
 RADIUS_LIMITS = (0.3, 0.95)
 STEPS = 5
+INTO = 0.06
+"""How far lugs reach into a round platform, which they would touch along a line, over their edge."""
+
 DRIVE_RADIUS = 0.7
 """Distance of drives from the axis, over the way to the edge of the platform."""
 
@@ -192,11 +195,15 @@ def _length(letter: str, form: Form) -> str:
 def _lug(
     letter: str, own: Pattern, room: Room, terms: list[tuple[str | None, Array]], axes: Array, material: str
 ) -> dict[str, Any]:
-    """What a limb beside the platform begins at: a block behind its heads along d, as wide as its flexures."""
+    """What a limb beside the platform begins at: a block behind its heads along d, as wide as its flexures, which
+    reaches a little into a round platform."""
     longer, edges = lug_of(own, room)
+    into = own.axes.T @ own.site.axes[:, 0] * (INTO * edges[2] if room.shape == "cylinder" else 0.0)
+    middle = -axes[:, 2] * edges[2] / 2 - axes @ into / 2
+    edges = edges + np.abs(into)
     sums = [_sum((f"{letter}_{size}", c[k]) for size, c in longer.items() if c[k]) for k in range(3)]
     return {
-        "centre": _point([*terms, (None, -axes[:, 2] * edges[2] / 2)]),
+        "centre": _point([*terms, (None, middle)]),
         "solid": {
             "shape": "box",
             "size": [" + ".join(filter(None, (_mm(edge), own))) for edge, own in zip(edges, sums, strict=True)],
