@@ -22,7 +22,7 @@ from flexura.synthesis.wish import DOFS, Make, Room, Wish, WishFile
 
 RADIUS_LIMITS = (0.3, 0.95)
 STEPS = 5
-INTO = 0.06
+INTO = 0.03
 """How far lugs reach into a round platform, which they would touch along a line, over their edge."""
 
 DRIVE_RADIUS = 0.7
