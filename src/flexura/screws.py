@@ -7,7 +7,7 @@ to a twist when it does no work on it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -330,14 +330,6 @@ def _several(count: int, what: str) -> str:
     """So many of them in words."""
     told = {1: "one", 2: "two", 3: "three"}.get(count, str(count))
     return f"{told} {what}" + ("" if count == 1 else "es" if what.endswith("ch") else "s")
-
-
-def sum_of(spaces: Sequence[ScrewSpace]) -> ScrewSpace:
-    """What spaces of one kind and length span together: wrenches of limbs side by side, twists of joints in a row."""
-    first = spaces[0]
-    units = _units(first.kind, first.length)[:, None]
-    basis = np.concatenate([own.basis for own in spaces], axis=1)
-    return ScrewSpace.of(first.kind, basis * units, first.length, first.same)
 
 
 def _units(kind: Kind, length: float) -> Array:

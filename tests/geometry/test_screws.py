@@ -17,7 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from flexura.screws import ScrewSpace, sum_of
+from flexura.screws import ScrewSpace
 from helpers.over import over
 
 X, Y, Z, O = (*np.eye(3), np.zeros(3))  # noqa: E741
@@ -359,8 +359,7 @@ def test_any_space(given_screws, length, kind):
 @given(lines)
 def test_what_lines_span_is_made_by_lines(given_lines):
     """And each of the lines that made it goes through its points."""
-    forces = [ScrewSpace.of("wrenches", push(*own)) for own in given_lines]
-    space = sum_of(forces)
+    space = ScrewSpace.of("wrenches", np.stack([push(*own) for own in given_lines], axis=1))
     assert space.lines().dimension == space.dimension
     point, direction = given_lines[0]
     inside = space.directions_at(point)

@@ -50,7 +50,7 @@ def published() -> fx.Published:
 
 def candidates() -> fx.Candidates:
     required = fx.requirements(guide().replaced({"requirements": {"first mode": "f1 >= 90 Hz"}})).requirements
-    own = Candidate("candidate-01.yaml", NAME, "1T", 2, 1, 40.0, 54.0, 0.05, required)
+    own = Candidate("candidate-01.yaml", NAME, "1T", 2, 1, 40.0, 10.0, 54.0, 0.05, required)
     return fx.Candidates(NAME, "1T", 30, 1, 65, (own,), {"freedoms": 0, "first mode": 1}, ("posts are not drawn",))
 
 

@@ -52,6 +52,7 @@ PLACES = {  # the unit of the catalogue, m, where its axes are, which point of i
 }
 NOT_HELD = ("nothing held", "helical planar motion")
 OVER = {
+    "translation": 1,
     "two pencils": 1,
     "a pencil and parallel lines": 1,
     "parallel lines of two directions": 1,

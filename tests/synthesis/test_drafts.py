@@ -35,12 +35,13 @@ def drafted(freedoms, about, process, most):
 
 def slim(mechanism):
     """The same with its thinnest flexures; notches, which bend over so little, and leaves beside wires, which are as
-    soft along themselves as leaves across, with a tenth of that."""
+    soft along themselves as leaves across, with a thirtieth and a tenth of that."""
     sizes = mechanism.parameters
 
     def thin(name):
         letter, size = name.split("_", 1)
-        return 0.1 if size == "web" or (size == "thickness" and f"{letter}_diameter" in sizes) else 1.0
+        beside = size == "thickness" and f"{letter}_diameter" in sizes
+        return 1 / 30 if size == "web" else 0.1 if beside else 1.0
 
     least = {
         name: thin(name) * float(own.minimum)

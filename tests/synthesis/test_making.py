@@ -43,7 +43,7 @@ def candidates(folder, *mechanisms):
     found = []
     for k, mechanism in enumerate(mechanisms, 1):
         save(mechanism, folder / f"candidate-0{k}.yaml")
-        found.append(Candidate(f"candidate-0{k}.yaml", mechanism.name, "1T", 2, 1, 20.0, 100.0, 0.03, ()))
+        found.append(Candidate(f"candidate-0{k}.yaml", mechanism.name, "1T", 2, 1, 20.0, 10.0, 100.0, 0.03, ()))
     return Candidates("guide", "1T", 1, 1, 1, tuple(found), {})
 
 

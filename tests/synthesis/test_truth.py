@@ -19,7 +19,7 @@ from flexura.synthesis.limbs import PROFILES
 from flexura.synthesis.screening import COMPLIANCES, _twists_about, gap_of
 from synthesis.test_classics import wish
 
-THINNER = (0.01, 0.005)
+THINNER = (0.01, 0.0025)
 MANY = 12
 
 

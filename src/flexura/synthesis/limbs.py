@@ -237,16 +237,11 @@ class Kind:
         the platform are free for which there are twists of the blocks, and of the nodes between members, that keep to
         this, and all that does no work on them is borne.
         """
-        free, _ = self._free(sizes)
+        free = self._free(sizes)
         U, s, _ = np.linalg.svd(free)
         return U[:, int((s > SAME).sum()) :]
 
-    def n_idle(self, sizes: Sizes) -> int:
-        """How many motions of its blocks and nodes it leaves free while the platform is at rest."""
-        free, n = self._free(sizes)
-        return n - int((np.linalg.svd(free, compute_uv=False) > SAME).sum())
-
-    def _free(self, sizes: Sizes) -> tuple[Array, int]:
+    def _free(self, sizes: Sizes) -> Array:
         """Twists of the platform (6, n) in n motions that no member resists, which span them all."""
         parts = ["platform", *sorted(set(self.parts.values()) - {"platform", "base"})]
         rows = []
@@ -257,8 +252,7 @@ class Kind:
                 k = parts.index(self.parts[node]) if self.parts[node] != "base" else len(parts)
                 twist[:, 6 * k : 6 * k + 6] += sign * np.eye(6)
             rows.append((seen_from(points[a], points[b]) @ twist)[PROFILES[profile].borne, :-6])
-        N = la.null_space(np.concatenate(rows), SAME)
-        return N[:6], N.shape[1]
+        return la.null_space(np.concatenate(rows), SAME)[:6]
 
 
 def place(terms: Terms, sizes: Sizes) -> Array:

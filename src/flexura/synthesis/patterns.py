@@ -368,7 +368,7 @@ def _meeting(room: Room, site: Site, d: Array) -> float:
 def _run(room: Room, site: Site, d: Array, turns: Array) -> float:
     """How long limbs may be along d before the first of them leaves the envelope, m."""
     axis = np.array([*room.middle[:2], 0.0])
-    return _way(room, turns @ (site.head(room) - axis) + axis, turns @ d)
+    return _clear_along(room, turns @ (site.head(room) - axis) + axis, turns @ d)
 
 
 def _across(room: Room, site: Site, along: Array, m: Array, turns: Array, kind: Kind) -> float:
@@ -376,7 +376,7 @@ def _across(room: Room, site: Site, along: Array, m: Array, turns: Array, kind: 
     head, or to one side of a point so far along (3,) from that, where the platform may be as well."""
     axis = np.array([*room.middle[:2], 0.0])
     point = site.head(room) + along * kind.is_one_sided
-    ways = [_way(room, turns @ (point - axis) + axis, turns @ own) for own in (m, -m)]
+    ways = [_clear_along(room, turns @ (point - axis) + axis, turns @ own) for own in (m, -m)]
     for side in (1, -1) if len(turns) > 1 else ():
         angle = side * np.pi / len(turns)  # the plane halfway to the next copy, and how far it is
         normal = side * site.axes @ [-np.sin(angle), np.cos(angle), 0.0]
@@ -390,7 +390,7 @@ def _across(room: Room, site: Site, along: Array, m: Array, turns: Array, kind: 
     return float(arms[inside.argmax()]) if inside.any() else ways[0]
 
 
-def _way(room: Room, points: Array, directions: Array) -> float:
+def _clear_along(room: Room, points: Array, directions: Array) -> float:
     """How far the first of some points (n, 3) along its direction (n, 3) is from a face of the envelope, m."""
     p = points - [0.0, 0.0, room.half[2]]
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -135,15 +135,15 @@ def _leading(kind: Kind, foot: str, unit: Mapping[str, Array]) -> tuple[Array, s
 
 def leads_on(kind: Kind) -> bool:
     """Whether a foot leads on along d, so that its post is behind the end of the limb."""
-    return any(way > ALONG for way in _ways(kind))
+    return any(way > ALONG for way in _leading_along(kind))
 
 
 def leads_back(kind: Kind) -> bool:
     """Whether a foot leads back along d, so that its post is beside the limb."""
-    return any(way < -ALONG for way in _ways(kind))
+    return any(way < -ALONG for way in _leading_along(kind))
 
 
-def _ways(kind: Kind) -> list[float]:
+def _leading_along(kind: Kind) -> list[float]:
     unit = kind.points(unit_sizes(kind, 1.0))
     return [float(_leading(kind, foot, unit)[0][2]) for foot in kind.feet]
 
