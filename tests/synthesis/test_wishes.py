@@ -32,7 +32,9 @@ def test_the_wish_of_the_parallelogram_is_its_stage_on_two_leaves(wishes):
     [stage] = fx.free(mechanism).bodies
     assert stage.freedom.name == "translation" and stage.gap > 10
     limit = float(file.requirements["first mode"].split()[2])
-    assert 0.99 < limit / fx.modes(mechanism).frequency_hz[0] <= 1.0
+    own = fx.modes(mechanism)
+    surely = own.frequency_hz[0] * (1 + own.model_error[0][0])
+    assert 0.99 < limit / surely <= 1.0
     listed = topologies(room, wish.make.process, float(wish.make.thinnest))
     assert listed[0].name == "2 upright leaves below, wide tangentially"
 

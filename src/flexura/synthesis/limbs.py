@@ -282,7 +282,7 @@ def seen_from(a: Array, b: Array) -> Array:
     return np.asarray(np.concatenate(rows, axis=-2), dtype=np.float64)
 
 
-LENGTH = Limit(0.15, 0.95, "room")
+LENGTH = Limit(0.15, 0.995, "room")
 LINK = Limit(0.15, 0.6, "room")
 GUIDE = Limit(0.15, 0.72, "room")
 ARM = Limit(0.1, 0.9, "across")

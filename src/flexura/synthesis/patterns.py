@@ -366,9 +366,11 @@ def _meeting(room: Room, site: Site, d: Array) -> float:
 
 
 def _run(room: Room, site: Site, d: Array, turns: Array) -> float:
-    """How long limbs may be along d before the first of them leaves the envelope, m."""
+    """How long limbs may be along d before the first of them is at the base, where that is straight ahead, or else
+    leaves the envelope, m."""
     axis = np.array([*room.middle[:2], 0.0])
-    return _clear_along(room, turns @ (site.head(room) - axis) + axis, turns @ d)
+    clear = _clear_along(room, turns @ (site.head(room) - axis) + axis, turns @ d)
+    return clear + ROOM * room.size * (d[2] < ALONG - 1)
 
 
 def _across(room: Room, site: Site, along: Array, m: Array, turns: Array, kind: Kind) -> float:

@@ -108,7 +108,7 @@ def design(
     for k, columns in run.blocks("optima of the best", optima, [f"optimum {own.key}" for own in optima.begun]):
         own = optima.begun[k]
         if not len(columns["values"]):
-            remarks.append(f"{own.candidate.topology}: no optimum was found; the design is the best that was sampled")
+            remarks.append(f"{own.candidate.topology}: no search leads to a design that is better than the best sample")
             continue
         if not columns["ended"]:
             remarks.append(f"{own.candidate.topology}: the search for an optimum ended after {SECONDS:g} s, unfinished")
