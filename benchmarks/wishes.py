@@ -84,7 +84,7 @@ class Wished:
 CENTRE = (0.0, 0.0, 0.0)
 STEEL, TITANIUM, ALUMINIUM = "spring-steel", "Ti-6Al-4V", "Al-6061-T6"
 SILICON = {"modulus": 169e9}
-NO_DRIVES = "drives with amplifiers are not placed"
+NO_DRIVES = "its wish has stacks, and is not read off yet"
 
 WISHED = {
     # a disc in front of its leaves: what is behind it is the base
