@@ -52,11 +52,12 @@ class Making:
         except (OSError, ValueError):
             return {}
 
-    def of(self, kind: str, own: Candidate, make: Callable[[], Any]) -> Any:
-        """What is known of a candidate, or is made now and kept."""
+    def of(self, kind: str, own: Candidate, make: Callable[[], Any], files: Callable[[Any], list[str]]) -> Any:
+        """What is known of a candidate, or is made now and kept; anew where one of its files is gone."""
         known, digest = self.known(), hashlib.sha256(read_bytes(self.folder / own.file)).hexdigest()
         key = f"{own.file} {kind}"
-        if known.get(key, {}).get("sha256") != digest:
+        there = known.get(key, {})
+        if there.get("sha256") != digest or not all((self.folder / name).exists() for name in files(there["is"])):
             known[key] = {"sha256": digest, "is": make()}
             text = json.dumps(known, indent=1) + "\n"
             write_file(self.path, lambda to: to.write_text(text, encoding="utf-8"))
@@ -71,7 +72,7 @@ def made(found: Candidates, folder: Path, whole: bool, report: Listener) -> Iter
     candidates = []
     for k, own in enumerate(first):
         report(Progress("files for making the best", k, len(first)))
-        files, without = kept.of("files", own, lambda own=own: _files(own, folder))
+        files, without = kept.of("files", own, lambda own=own: _files(own, folder), lambda known: known[0])
         candidates.append(replace(own, made=tuple(files), not_made=tuple(without)))
     found = replace(found, candidates=(*candidates, *found.candidates[len(first) :]))
     yield found
@@ -81,7 +82,7 @@ def made(found: Candidates, folder: Path, whole: bool, report: Listener) -> Iter
             report(Progress("the winner as one solid, which may take minutes"))
             return _whole(load(folder / first[0].file))
 
-        outcome = kept.of("whole", first[0], solve)
+        outcome = kept.of("whole", first[0], solve, lambda _: [])
         told = tuple(WholeCandidateMode(**own) for own in outcome["modes"])
         whole_one = WholeCandidate(first[0].file, told, outcome["seconds"], tuple(outcome["notes"]))
         yield replace(found, whole=whole_one)

@@ -311,7 +311,12 @@ def _ruled_out(work: AtRest, at_rest: dict[int, dict[str, Array]]) -> dict[str, 
 
 
 def _written(own: Judged, number: int, folder: Path) -> Candidate:
-    """The candidate with its file written."""
+    """The candidate with its file written; what was made of another one in its place is gone."""
     name = f"candidate-{number + 1:02d}.yaml"
-    save(own.mechanism, folder / name)
+    path = folder / name
+    before = path.read_bytes() if path.exists() else b""
+    save(own.mechanism, path)
+    if path.read_bytes() != before:
+        for suffix in (".step", ".dxf", ".html"):
+            path.with_suffix(suffix).unlink(missing_ok=True)
     return replace(own.candidate, file=name)
