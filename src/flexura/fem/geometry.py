@@ -310,8 +310,10 @@ class MemberSolid:
         return self.shape.volume * self.length**3 + corners * 2 * float(self.outline.y[0])
 
     def profile(self) -> list[Array]:
-        """The profile along x and z with its fillets, of a member of one section, as runs of points (n, 2), m, that
-        join."""
+        """The profile along x and z, with its fillets where it has one section and some, as runs of points (n, 2), m,
+        that join."""
+        if not any(map(any, self.fillets)):
+            return list(self.outline.runs(self.outline.z))
         h, angle = float(self.outline.z[0]), np.linspace(0.0, np.pi / 2, 9)
         runs: list[Array] = []
         for side in (0, 1):

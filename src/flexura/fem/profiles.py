@@ -60,8 +60,7 @@ def cut_profile(model: FullOrderModel, beside: Callable[[str], bool] = lambda _:
 def _runs(piece: Piece, along: Array) -> list[Array]:
     """The profile of a piece as runs of points (n, 3), m, global frame, that join."""
     if isinstance(piece, MemberSolid):
-        own = piece.profile() if any(map(any, piece.fillets)) else piece.outline.runs(piece.outline.z)
-        return [piece.placed(np.stack([run[:, 0], 0 * run[:, 0], run[:, 1]], axis=-1)) for run in own]
+        return [piece.placed(np.stack([run[:, 0], 0 * run[:, 0], run[:, 1]], axis=-1)) for run in piece.profile()]
     axis = int(np.argmax(np.abs(piece.axes @ along)))
     if piece.pieces is not None or np.linalg.norm(np.cross(piece.axes[axis], along)) > SQUARE:
         raise OptionError(f"{piece.name} is no box along the line of the cut")

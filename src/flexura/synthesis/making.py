@@ -112,11 +112,10 @@ def _files(own: Candidate, folder: Path) -> tuple[list[str], list[str]]:
 def _whole(mechanism: Mechanism) -> dict[str, Any]:
     """The modes of a mechanism beside those of its part as one solid, and whether these lie within the model error; or
     why there is none."""
-    sharp = without_fillets(mechanism)
     try:
         with time_limit(WHOLE_SECONDS):
-            found = verify(sharp, whole=True, n=WHOLE_MODES)
-            stated = modes(sharp, n=WHOLE_MODES + 2)
+            found = verify(mechanism, whole=True, n=WHOLE_MODES)
+            stated = modes(without_fillets(mechanism), n=WHOLE_MODES + 2)  # as the solid is
     except FlexuraError as error:
         return {"modes": [], "seconds": 0.0, "notes": [f"not verified whole: {' '.join(str(error).split())}"]}
     rows = []
@@ -131,7 +130,4 @@ def _whole(mechanism: Mechanism) -> dict[str, Any]:
                 row |= {"low": low, "high": high}
                 row["is_within"] = bool(low - own.uncertainty <= off <= high + own.uncertainty)
         rows.append(row)
-    notes = list(found.notes)
-    if sharp != mechanism:
-        notes.append("fillets are left out, of the solid and of the described model beside it")
-    return {"modes": rows, "seconds": found.seconds, "notes": notes}
+    return {"modes": rows, "seconds": found.seconds, "notes": list(found.notes)}

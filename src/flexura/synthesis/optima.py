@@ -76,7 +76,7 @@ def judged(of: AtRest, number: int, values: Array) -> Judged:
             freedoms=freedoms_in_short(of.room.freedoms),
             limbs=own.n_limbs,
             over=own.over,
-            gap=float(np.min([of.gaps(own, plan, sizes, where)[0] for where in ("", *ends_of(of.file.wish, of.room))])),
+            gap=float(of.gaps(own, plan, sizes, ends_of(of.file.wish, of.room))[0]),
             least_gap=of.file.wish.gap,
             first_hz=float(asked[0]),
             mass=float(asked[1]),

@@ -210,6 +210,7 @@ class Pattern:
 
 
 def about_z(angle: float) -> Array:
+    """The rotation (3, 3) about the normal of the base."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
@@ -40,7 +40,7 @@ class AtRest:
 
     A block has the `values` (k, p) of the best designs of a topology, best first, in the order of its parameters, the
     `margins` (k, r) of the requirements that are asked at rest, nan where there is none, the `gap` (k,), and the
-    `score` (k,) by which they are best; all nan where limbs cannot be made with the tool.
+    `score` (k,) by which they are best, of `count` designs; all nan where limbs cannot be made with the tool.
     """
 
     file: WishFile
@@ -63,14 +63,14 @@ class AtRest:
         found = {**(reach(own.drive, self.file.wish) if own.drive else {}), **self.file.required}
         return {name: text for name, text in found.items() if is_at_rest(text)}
 
-    def gaps(self, own: Topology, plan: Plan, designs: Mapping[str, Array], where: str = "") -> Array:
-        """The gap (n,) of designs of a topology, at rest or at a pose, without its stacks, as these are what moves the
-        freedoms."""
+    def gaps(self, own: Topology, plan: Plan, designs: Mapping[str, Array], poses: Sequence[str] = ()) -> Array:
+        """The least gap (n,) of designs of a topology at rest and at some poses, without its stacks, as these are what
+        moves the freedoms."""
         if own.drive is not None:
             plan = plan_of(with_rigid_bodies(draft(replace(own, drive=None), self.file, self.room, "draft")))
             designs = {name: designs[name] for name in plan.mechanism.parameters}
-        at = f" at {where}" if where else ""
-        return gap_of(questions(plan, [own + at for own in COMPLIANCES]).values(designs).value, self.room)
+        asked = [[name + at for name in COMPLIANCES] for at in ("", *(f" at {pose}" for pose in poses))]
+        return np.min([gap_of(questions(plan, each).values(designs).value, self.room) for each in asked], axis=0)
 
     @cached_property
     def allowed(self) -> float:

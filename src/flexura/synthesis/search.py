@@ -166,9 +166,9 @@ def _best_led(led: OverStroke, strokes: dict[int, dict[str, Array]]) -> list[tup
     found = []
     for k, own in strokes.items():
         score = 1e3 * own["clear"] + np.clip(np.nan_to_num(own["margin"], nan=-10.0), -10.0, 10.0)
-        best = int(np.argmax(score))
-        found.append((-score[best], *led.chosen[k][:1], led.chosen[k][1][best]))
-    return [(n, values) for _, n, values in sorted(found, key=lambda own: own[:2])]
+        best, (number, values) = int(np.argmax(score)), led.chosen[k]
+        found.append((-score[best], number, values[best]))
+    return [(number, values) for _, number, values in sorted(found, key=lambda own: own[:2])]
 
 
 def _mark(values: Array) -> str:
@@ -217,13 +217,16 @@ class _Written:
         """The candidates, with their files written."""
         work = self.work
         candidates = tuple(_written(own, k, self.folder) for k, own in enumerate(self.ranked))
-        n_designs = int(sum(own["count"] for own in self.at_rest.values()))
-        ruled_out = _ruled_out(work, self.at_rest)
-        short = freedoms_in_short(work.room.freedoms)
-        counts: dict[str, Any] = {"n_topologies": self.n_topologies, "n_at_rest": work.blocks}
-        counts |= {"n_designs": n_designs}
-        notes = tuple(self.remarks)
-        result = Candidates(work.file.name, short, **counts, candidates=candidates, ruled_out=ruled_out, notes=notes)
+        result = Candidates(
+            name=work.file.name,
+            freedoms=freedoms_in_short(work.room.freedoms),
+            n_topologies=self.n_topologies,
+            n_at_rest=work.blocks,
+            n_designs=int(sum(own["count"] for own in self.at_rest.values())),
+            candidates=candidates,
+            ruled_out=_ruled_out(work, self.at_rest),
+            notes=tuple(self.remarks),
+        )
         self.keep(result)
         return result
 

@@ -66,13 +66,15 @@ LINKED_STARTS = 2.0
 @dataclass(frozen=True)
 class Climb:
     """Where a search from `start` (P,) ended: the best feasible design, or the least violated one; None where not even
-    the start has an answer. `message` is why it ended, in the words of the method."""
+    the start has an answer. `message` is why it ended, in the words of the method; not `in_time` are searches that were
+    cut short."""
 
     start: Array
     best: Sample | None
     evaluations: int
     converged: bool
     message: str
+    in_time: bool = True
 
     @property
     def is_feasible(self) -> bool:
@@ -209,7 +211,7 @@ def climb(land: Landscape, start: Array, method: Method = "slsqp", accuracy: flo
     from there. A design that fails ends the search, which goes on from the best one in a smaller box around it. What
     trust-constr leaves of its barrier is taken away by SLSQP. Where its time is over it ends with the best so far.
     """
-    before, search = land.evaluations, _Search(land, accuracy)
+    before, search, in_time = land.evaluations, _Search(land, accuracy), True
     try:
         converged, message = search.run(start, method)
     except _Settled:
@@ -217,8 +219,8 @@ def climb(land: Landscape, start: Array, method: Method = "slsqp", accuracy: flo
     except OutOfTime as error:
         if search.best is None:
             raise
-        converged, message = False, str(error)
-    return Climb(start, search.best, land.evaluations - before, converged, message)
+        converged, message, in_time = False, str(error), False
+    return Climb(start, search.best, land.evaluations - before, converged, message, in_time)
 
 
 class _Settled(Exception):  # noqa: N818  it ends a search, and never reaches a user

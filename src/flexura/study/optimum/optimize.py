@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexura.arguments import verb
-from flexura.deadline import Listener, OutOfTime, Progress, no_listener, time_limit
+from flexura.deadline import Listener, Progress, no_listener, time_limit
 from flexura.errors import OptionError, SolverError
 from flexura.full_order import plan_of
 from flexura.mechanism import Mechanism, OptimumStudy
@@ -122,9 +122,7 @@ def climbed(
         found = climb(mixed.land, task.box.positions(first)[0], accuracy=accuracy)
     if found.best is None:
         raise _no_design(mixed.land)
-    return dict(zip(task.names, task.box.values(found.best.z).tolist(), strict=True)), found.message != str(
-        OutOfTime(seconds)
-    )
+    return dict(zip(task.names, task.box.values(found.best.z).tolist(), strict=True)), found.in_time
 
 
 def described(plan: Plan, name: str | None, fixed: Mapping[str, float]) -> dict[str, Any]:
