@@ -175,3 +175,11 @@ def test_it_is_read_without_a_network(browser, folder, size, colours):
         assert not opened.outside
         assert not opened.errors
         assert not serious_findings(opened.page)
+
+
+def test_a_gap_that_is_not_known_is_said_to_be_so(tmp_path):
+    shutil.copy(GUIDE, tmp_path / "candidate-01.yaml")
+    only = found(candidate(1, 700.0, 0.040, gap=np.nan))
+    assert "a gap that is not known, and not 10" in str(only.warnings[0])
+    text = save_designs(only, tmp_path).read_text(encoding="utf-8")
+    assert "a gap that is not known between freedoms and constraints." in text

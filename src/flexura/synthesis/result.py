@@ -54,6 +54,11 @@ class Candidate(Record):
         )
 
     @property
+    def gap_text(self) -> str:
+        """Its gap in words."""
+        return "a gap that is not known" if np.isnan(self.gap) else f"a gap of {number(self.gap, 3)}"
+
+    @property
     def meets_all(self) -> bool:
         """Whether all requirements are met, freedoms are apart from constraints, and solids from each other."""
         return self.n_met == len(self.requirements) + 2
@@ -146,7 +151,7 @@ class Candidates(Tabular):
         missed = [own for own in best.requirements if own.verdict != "met"]
         nears = [f"{own.name}: {own.state} ({own.text})" for own in missed]
         if not best.gap >= best.least_gap:
-            nears.append(f"freedoms: a gap of {number(best.gap, 3)}, and not {best.least_gap:g}")
+            nears.append(f"freedoms: {best.gap_text}, and not {best.least_gap:g}")
         if best.clashes:
             nears.append(best.clashes[0])
         near = ", ".join(nears)

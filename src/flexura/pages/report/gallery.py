@@ -332,7 +332,8 @@ def _why(found: Candidates, own: Candidate, good: Sequence[Candidate]) -> Iterat
         yield Paragraph(text, "good")
     else:
         if not own.gap >= own.least_gap:
-            missed.append(f"a gap of {number(own.gap, 3)} between freedoms and constraints, too small")
+            small = "" if np.isnan(own.gap) else ", too small"
+            missed.append(f"{own.gap_text} between freedoms and constraints{small}")
         yield Paragraph(f"Does not meet all: {', '.join([*missed, *own.clashes])}.", "bad")
     aims, which = _aims(found), _which(good)
     bests = {aim.name: max(good, key=aim.score) for aim in aims}
