@@ -60,15 +60,17 @@ SECONDS, SAMPLES, MOST = 120.0, 32, 300
 class Wished:
     """What is wished of a mechanism: freedoms of a `body` about a point (3,), m, the middle of its platform by default.
 
-    The platform is the solid of the body, or of another one that moves with it; what else moves with it is a mass in
-    the middle of this, as large as gives no smaller inertia about wished axes. It is held at the `base`. `values` are
-    of parameters, such as a modulus of the catalogue, `more`, kg, what moves and is no body. `soft` are freedoms that
-    are to be no stiffer than its own; `cannot` says what no wish can.
+    The platform is the solid of the body, or of another one that moves with it; what else moves with it is a mass
+    in the middle of this, as large as gives no smaller inertia about wished axes. It is held at the `base`, and by
+    a `frame` where its ground is around it. `values` are of parameters, such as a modulus of the catalogue, `more`,
+    kg, what moves and is no body. `soft` are freedoms that are to be no stiffer than its own; `cannot` says what no
+    wish can.
     """
 
     body: str
     freedoms: tuple[str, ...]
     base: str = "z-"
+    frame: bool = False
     process: str = "assembled"
     material: str = "Al-7075-T6"
     about: tuple[float, float, float] | None = None
@@ -88,7 +90,7 @@ NO_DRIVES = "its wish has stacks, and is not read off yet"
 
 WISHED = {
     # a disc in front of its leaves: what is behind it is the base
-    "butterfly": Wished("holder", ("ry",), "y+", material=TITANIUM, about=CENTRE),
+    "butterfly": Wished("holder", ("ry",), "y+", frame=True, material=TITANIUM, about=CENTRE),
     "cartwheel": Wished("block", ("ry",), process="wire-cut", material=STEEL, about=CENTRE),
     "comb_drive": Wished(
         "shuttle", ("x",), process="printed", material="silicon", values=SILICON, more=18 * 40 * 2 * 2 * 2.33e-15
@@ -97,9 +99,9 @@ WISHED = {
     # drives are on three sides of the table, of which one is the base
     "delta": Wished("table", ("x", "y", "z"), "z+", material="17-4PH", own_material="Al-7075-T6"),
     # the stage hangs below the ground
-    "double_parallelogram": Wished("stage", ("x",), "z+", "wire-cut"),
+    "double_parallelogram": Wished("stage", ("x",), "z+", process="wire-cut"),
     "folded_mems": Wished("shuttle", ("x",), process="printed", material="silicon", values=SILICON),
-    "folded_parallelogram": Wished("shuttle", ("x",), "y-", "wire-cut", TITANIUM),
+    "folded_parallelogram": Wished("shuttle", ("x",), "y-", True, "wire-cut", TITANIUM),
     "four_bar": Wished("stage", ("ry",), process="wire-cut", about=CENTRE),
     "infinity_hinge": Wished("arm", ("ry",), "x-", material=STEEL, own_material=ALUMINIUM, about=CENTRE),
     "inverted_pendulum": Wished(
@@ -117,12 +119,18 @@ WISHED = {
     "serpentine": Wished("plate", ("x", "y", "rz"), process="printed", material="silicon", values=SILICON),
     # plate and mirror as one disc
     "tip_tilt": Wished(
-        "plate", ("rx", "ry"), material=STEEL, own_material="fused-silica", about=CENTRE, size=(0.032, 0.009)
+        "plate",
+        ("rx", "ry"),
+        frame=True,
+        material=STEEL,
+        own_material="fused-silica",
+        about=CENTRE,
+        size=(0.032, 0.009),
     ),
     "wire_hexapod": Wished("plate", (), material=STEEL, own_material="Al-7075-T6", about=CENTRE),
-    "xy_parallel": Wished("table", ("x", "y"), process="wire-cut"),
+    "xy_parallel": Wished("table", ("x", "y"), frame=True, process="wire-cut"),
     "xy_serial": Wished("table", ("x", "y"), process="wire-cut"),
-    "z_stage": Wished("column", ("z",), material=STEEL, own_material=ALUMINIUM),
+    "z_stage": Wished("column", ("z",), frame=True, material=STEEL, own_material=ALUMINIUM),
     "zero_stiffness": Wished(
         "beam",
         ("ry",),
@@ -200,7 +208,7 @@ def read_off(name: str) -> Reading:
         "about": _lengths(about - foot),
         "stroke": _stroke(mechanism, wished),
         "envelope": _lengths(np.ceil((high - low) * 1e9 - 1e-3) * 1e-9),
-        "base": {"plane": wished.base},
+        "base": {"plane": wished.base} | ({"frame": True} if wished.frame else {}),
         "platform": {
             "shape": "cylinder" if is_round else "box",
             "size": _lengths(size),

@@ -144,9 +144,9 @@ class Pattern:
     platform may be at any distance from the axis unless they are `pinned`, where limbs are right at the distance alone
     at which they are drawn first. What is pinned of the sizes of the kind is `held` at so much, m.
 
-    `share` is where between their limits sizes are drawn first, and `deep` says that walls of the base stand on deeper
-    blocks. Two that would cross are `aside`, each so far along its width that they pass each other, which changes
-    nothing of what they bear.
+    `share` is where between their limits sizes are drawn first, and `deep` says that walls of the base stand on
+    deeper blocks; posts are so many times as `stout` as they have to be. Two that would cross are `aside`, each so
+    far along its width that they pass each other, which changes nothing of what they bear.
     """
 
     kind: Kind
@@ -161,6 +161,7 @@ class Pattern:
     share: float = SHARES[0]
     aside: bool = False
     deep: bool = True
+    stout: float = 1.0
 
     def turns(self) -> Array:
         """Rotations (n, 3, 3) of the copies about the axis."""
@@ -277,7 +278,8 @@ def patterns(room: Room, process: str) -> list[Pattern]:
     every = np.concatenate([borne[kind.name] for kind in fixed], axis=1)
     first = np.cumsum([0, *(borne[kind.name].shape[1] for kind in fixed)])[:-1]
     behind = {kind.name: (BEHIND - ROOM) * room.size * leads_on(kind) for kind in kinds}
-    beside = {kind.name: 2 * (GAP + BREADTH) * room.size * leads_back(kind) for kind in kinds}
+    breadth = 0.0 if room.frame else BREADTH
+    beside = {kind.name: 2 * (GAP + breadth) * room.size * leads_back(kind) for kind in kinds}
     found = []
     for count, site in ((n, site) for n in COUNTS for site in sites(room, n)):
         F, further = (_freedoms(room, site.head(room, radius), count) for radius in RADII)
@@ -503,7 +505,8 @@ def posts_at(pattern: Pattern, room: Room, axes: Array, head: Sequence[tuple[str
     fixed, _ = pattern.shift(pattern.lug(room))
     level = -float((pattern.site.head(room) + fixed)[2]) if not head else 0.0
     shelf = level + float(room.middle[2] - room.platform[2]) - room.clear - GAP * room.size
-    ground = Ground(axes @ pattern.axes[2], level, shelf, room.size, pattern.deep)
+    end = pattern.run + BEHIND * room.size
+    ground = Ground(axes @ pattern.axes[2], level, shelf, room.size, pattern.deep, room.frame, pattern.stout, end)
     return posts_of(pattern.kind, head, axes, ground)
 
 

@@ -2,7 +2,7 @@
 
 A foot that leads down stands on a post. One that leads sideways is at a wall, which stands on a deeper block where it
 would be tall; one that leads back towards its head is under a bracket, beside which a post stands. Feet that slant are
-at blocks that are held behind.
+at blocks that are held behind, and so are those that lead sideways where the base has a frame around the envelope.
 """
 
 from __future__ import annotations
@@ -96,13 +96,18 @@ def plus(*forms: Form, by: float = 1.0) -> Form:
 @dataclass(frozen=True)
 class Ground:
     """Where posts stand: the unit normal `up` (3,) of the base, the plane at `level` along it, m, and the `shelf` up to
-    which blocks may be deep; the smallest edge of the envelope, m. Walls stand on deep blocks where they are `deep`."""
+    which blocks may be deep; the smallest edge of the envelope, m. Walls stand on deep blocks where they are `deep`,
+    or are of a `frame`. Posts are so many times as `stout` as they have to be, and where feet lead on along limbs they
+    reach as far as `end` from the heads, m."""
 
     up: Array
     level: float
     shelf: float
     size: float
     deep: bool
+    frame: bool
+    stout: float
+    end: float
 
 
 def posts_of(kind: Kind, head: Borne, axes: Array, ground: Ground) -> list[Post]:
@@ -157,16 +162,19 @@ class _Feet:
         self.way, profile = _leading(kind, feet[0], unit)
         u, e = axes @ self.way, axes[:, 1]
         self.B: Array = np.array([np.cross(e, u), e, u]).T
-        self.depth: Form = {None: BEHIND * ground.size}
         thick, wide = SECTIONS.get(profile, ({}, {}))
-        beside = MARGIN if "width" in wide else POST / 2
-        half = plus({None: POST / 2 * ground.size}, thick), plus({None: beside * ground.size}, wide)
+        breadth = POST / 2 * ground.stout * ground.size
+        beside = MARGIN * ground.stout * ground.size if "width" in wide else breadth
+        half = plus({None: breadth}, thick), plus({None: beside}, wide)
         places = np.array([axes @ unit[foot] for foot in feet]) @ self.B
         first, last = (places.argmin(axis=0), places.argmax(axis=0))
         at = [[_along(head, axes, kind.nodes[foot], self.B[:, k]) for foot in feet] for k in range(3)]
         self.at: Form = at[0][0]
+        behind = plus(at[2][0], {None: BEHIND * ground.size})
+        if ground.stout > 1 and self.way[2] > ALONG:  # as deep as there is room
+            behind = plus(_along(head, axes, {}, u), {None: ground.end})
         self.low: list[Form] = [plus(at[k][first[k]], half[k], by=-1.0) for k in (0, 1)] + [at[2][0]]
-        self.high: list[Form] = [plus(at[k][last[k]], half[k]) for k in (0, 1)] + [plus(at[2][0], self.depth)]
+        self.high: list[Form] = [plus(at[k][last[k]], half[k]) for k in (0, 1)] + [behind]
         self.outside: float = float(np.sign(places[0, 0]))
         self.back: Form = {size: BRACKET * c[2] for size, c in kind.nodes[feet[0]].items() if abs(c[2]) > ALONG}
         rise = self.B.T @ ground.up
@@ -178,11 +186,12 @@ class _Feet:
 
     def posts(self) -> list[Post]:
         """What they stand on; nothing where that would cross what moves."""
-        if not self.up:
+        is_back = self.way[2] < -ALONG
+        if not self.up or (self.ground.frame and self.k != 2 and not is_back):
             return [self._block(self.low, self.high, self.feet, "z+")]
         if self.k == 2 and self.up < 0:
             return [self._standing(self.low, self.high, self.feet)]
-        if self.way[2] < -ALONG:
+        if is_back:
             return self._under_bracket()
         return self._wall() if self.k != 2 else []
 
@@ -216,7 +225,8 @@ class _Feet:
         return [wall, self._standing(low, high, (self.name,), BELOW)]
 
     def _under_bracket(self) -> list[Post]:
-        """A bracket over a foot that leads back towards its head, and the post beside the limb that bears it."""
+        """A bracket over a foot that leads back towards its head, and the post beside the limb that bears it, or the
+        frame."""
         if self.k == 0 and self.outside * self.up > 0:
             return []
         size, out = self.ground.size, self.outside
@@ -226,6 +236,8 @@ class _Feet:
         low, high = list(self.low), list(self.high)
         high[2] = plus(low[2], self.back)
         low[0], high[0] = (near, inner) if out > 0 else (inner, near)
+        if self.ground.frame and self.k == 1:
+            return [self._block(low, high, self.feet, "x+" if out > 0 else "x-")]
         bracket = self._block(low, high, self.feet, None)
         low[0], high[0] = (inner, outer) if out > 0 else (outer, inner)
         low[2] = plus(low[2], {None: -POST * size})

@@ -167,9 +167,11 @@ def _by_dof(raw: Any) -> Any:
 
 
 class Base(Wished):
-    """Where it is held: the face of the envelope that the base is, which is a coordinate plane. Posts stand on it."""
+    """Where it is held: the face of the envelope that the base is, which is a coordinate plane. Posts stand on it. With
+    a `frame` the base is around the envelope as well, and holds limbs that lead sideways."""
 
     plane: Literal["x-", "x+", "y-", "y+", "z-", "z+"] = "z-"
+    frame: bool = False
 
 
 def _in_catalogue(material: str) -> None:
@@ -374,7 +376,7 @@ class Room:
 
     `turn` (3, 3) leads from this frame to the global one; `half` (3,) are half the edges of the envelope, its middle at
     `half[2]` above the base. The platform is a cylinder or a box with half edges `platform` (3,), its middle at
-    `middle` (3,). `freedoms` are about the origin of this frame.
+    `middle` (3,). `freedoms` are about the origin of this frame. With a `frame` the base is around the envelope too.
     """
 
     turn: Array
@@ -386,6 +388,7 @@ class Room:
     freedoms: ScrewSpace
     clear: float = 0.0
     """How far the platform moves along any axis, m, but by its turns."""
+    frame: bool = False
 
     @cached_property
     def wrenches(self) -> ScrewSpace:
@@ -439,7 +442,9 @@ def room_of(wish: Wish) -> Room:
     about = turn.T @ np.array(wish.about, dtype=float)
     length = float(half.max())
     clear = float(np.abs(wish.stroke_twist[:3]).max())
-    return Room(turn, half, own.shape, platform, middle, about, _freedoms(wish, turn, about, length), clear)
+    return Room(
+        turn, half, own.shape, platform, middle, about, _freedoms(wish, turn, about, length), clear, wish.base.frame
+    )
 
 
 def _freedoms(wish: Wish, turn: Array, about: Array, length: float) -> ScrewSpace:
