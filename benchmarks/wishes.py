@@ -5,7 +5,7 @@ process, its stroke and, as requirements, what the mechanism reaches itself by t
 its stiffness in all directions that are no freedoms, and its margin to yield over the stroke, 2 at most. What is not in
 a mechanism, which of its bodies is moved and how it is made, stands in a table here. A design is as good where all its
 numbers are, whose model errors are those of the mechanism's, where none of its solids meet, and where its freedoms are
-as far from its constraints as they have to be, or as the mechanism's are.
+as far from its constraints as they have to be, or as the mechanism's are. Once one is found the search ends.
 
     .venv/bin/python benchmarks/wishes.py                    all, half an hour and more
     .venv/bin/python benchmarks/wishes.py --only z_stage     one anew; rows of others stay in wishes.csv
@@ -357,6 +357,10 @@ def text_of_wish(data: dict[str, Any]) -> str:
     return to.getvalue()
 
 
+class _AsGoodError(Exception):
+    """A design is as good, and no better one is looked for."""
+
+
 def compared(name: str, folder: Path, seconds: float, samples: int) -> dict[str, Any]:
     """The row of a mechanism: what is asked, the best design, what it misses."""
     row: dict[str, Any] = dict.fromkeys(HEAD, "") | {"name": name, "as_good": "not asked"}
@@ -369,6 +373,12 @@ def compared(name: str, folder: Path, seconds: float, samples: int) -> dict[str,
     wish = folder / "wish.yaml"
     wish.write_text(text_of_wish(reading.data), encoding="utf-8")
     last: list[Candidates] = []
+
+    def found(own: Candidates) -> None:
+        last.append(own)
+        if own.candidates[0].meets_all:
+            raise _AsGoodError
+
     start = time.monotonic()
     error = ""
     try:
@@ -380,8 +390,10 @@ def compared(name: str, folder: Path, seconds: float, samples: int) -> dict[str,
                 most=MOST,
                 verify=False,
                 workers=1,
-                found=last.append,
+                found=found,
             )
+    except _AsGoodError:
+        pass
     except FlexuraError as own:
         error = str(own)
     row["seconds"] = f"{time.monotonic() - start:.0f}"

@@ -443,3 +443,11 @@ class Drive:
         several = "s" if len(self.heads) > 1 else ""
         added = "" if self.kind == "none" else f" with {self.kind}s" if several else f" with a {self.kind}"
         return f"{len(self.heads)} piezo stack{several}{added}"
+
+    def away(self, points: Array, copies: Sequence[int] | None = None) -> float:
+        """How near points (n, 3) come to the drives, or some of them, m; 0 within."""
+        middles, halves = self.boxes
+        of = np.arange(len(self.heads)) if copies is None else copies
+        local = (points - self.heads[of, None]) @ self.frames[of]
+        beyond = np.maximum(np.abs(local[:, :, None] - middles) - halves, 0.0)
+        return float(np.sqrt((beyond**2).sum(axis=-1).min()))

@@ -60,7 +60,7 @@ def driven(listed: Sequence[Topology], room: Room, wish: Wish, thinnest: float) 
     for pattern in {id(each): each for own in listed for each in own.patterns}.values():
         points = obstacles(pattern, room, thinnest)
         clear[id(pattern)] = {
-            name: np.array([_away(points, own) > far for own in all_]) for name, all_ in options.items()
+            name: np.array([own.away(points) > far for own in all_]) for name, all_ in options.items()
         }
     found = []
     for own, (name, drives) in product(listed, options.items()):
@@ -208,15 +208,6 @@ def _lug(up: Array, drop: float, stack: Stack) -> tuple[Array, Array]:
     return np.minimum(low, high), np.maximum(low, high)
 
 
-def _away(points: Array, drive: Drive, copies: Sequence[int] | None = None) -> float:
-    """How near points (n, 3) come to the drives, or some of them, m; 0 within."""
-    middles, halves = drive.boxes
-    of = np.arange(len(drive.heads)) if copies is None else copies
-    local = (points - drive.heads[of, None]) @ drive.frames[of]
-    beyond = np.maximum(np.abs(local[:, :, None] - middles) - halves, 0.0)
-    return float(np.sqrt((beyond**2).sum(axis=-1).min()))
-
-
 def _fits(drive: Drive, room: Room) -> bool:
     """Whether drives are in the envelope, outside of the platform, and clear of each other."""
     middles, halves = drive.boxes
@@ -227,7 +218,7 @@ def _fits(drive: Drive, room: Room) -> bool:
     if (room.outside(points.reshape(-1, 3)) > slight).any() or room.in_platform(own, slight).any():
         return False
     others = range(1, 1 + len(drive.heads) // 2)
-    return not others or _away(points[0], drive, others) > LEAST_AWAY * room.size
+    return not others or drive.away(points[0], others) > LEAST_AWAY * room.size
 
 
 def _nothing_reaches(room: Room, wish: Wish, thinnest: float, least: float) -> str:

@@ -145,8 +145,9 @@ class Pattern:
     at which they are drawn first. What is pinned of the sizes of the kind is `held` at so much, m.
 
     `share` is where between their limits sizes are drawn first, and `deep` says that walls of the base stand on
-    deeper blocks; posts are so many times as `stout` as they have to be. Two that would cross are `aside`, each so
-    far along its width that they pass each other, which changes nothing of what they bear.
+    deeper blocks; posts may be so many times as `stout` as they have to be, and then end so `short` of the
+    envelope, m. Two that would cross are `aside`, each so far along its width that they pass each other, which
+    changes nothing of what they bear.
     """
 
     kind: Kind
@@ -161,7 +162,8 @@ class Pattern:
     share: float = SHARES[0]
     aside: bool = False
     deep: bool = True
-    stout: float = 1.0
+    stout: float = 0.0
+    short: float = 0.0
 
     def turns(self) -> Array:
         """Rotations (n, 3, 3) of the copies about the axis."""
@@ -473,20 +475,25 @@ class Drawn(NamedTuple):
 _GRID, _FINE = (np.array(list(product(np.linspace(0.0, 1.0, n), repeat=3))) for n in (3, 5))
 
 
+def _points(kind: Kind, sizes: Sizes) -> tuple[Array, Array]:
+    """Points (n, 3) of the members of a limb, and of its blocks, along its axes from its head, m."""
+    nodes = kind.points(sizes)
+    at = (np.arange(SAMPLES)[:, None] + 0.5) / SAMPLES
+    members = [
+        nodes[a] + at * (nodes[b] - nodes[a]) + aside
+        for a, b, profile in kind.members.values()
+        for aside in _edges_of(profile, nodes[b] - nodes[a], sizes)
+    ]
+    corners = [(place(low, sizes), place(high, sizes)) for low, high in kind.blocks.values()]
+    blocks = [low + _FINE * (high - low) for low, high in corners]
+    return np.concatenate(members), np.concatenate([np.empty((0, 3)), *blocks])
+
+
 def as_drawn(pattern: Pattern, room: Room, thinnest: float) -> Drawn:
     """A pattern as it is drawn first."""
     sizes, kind = drawn_first(pattern, room, thinnest), pattern.kind
-    nodes = kind.points(sizes)
-    at = (np.arange(SAMPLES)[:, None] + 0.5) / SAMPLES
-    members = np.concatenate(
-        [
-            nodes[a] + at * (nodes[b] - nodes[a]) + aside
-            for a, b, profile in kind.members.values()
-            for aside in _edges_of(profile, nodes[b] - nodes[a], sizes)
-        ]
-    )
-    corners = [(place(low, sizes), place(high, sizes)) for low, high in kind.blocks.values()]
-    moving = np.concatenate([members, *(low + _FINE * (high - low) for low, high in corners)])
+    members, blocks = _points(kind, sizes)
+    moving = np.concatenate([members, blocks])
     every = moving
     if pattern.has_lug:
         longer, edges = lug_of(pattern, room)
@@ -505,7 +512,7 @@ def posts_at(pattern: Pattern, room: Room, axes: Array, head: Sequence[tuple[str
     fixed, _ = pattern.shift(pattern.lug(room))
     level = -float((pattern.site.head(room) + fixed)[2]) if not head else 0.0
     shelf = level + float(room.middle[2] - room.platform[2]) - room.clear - GAP * room.size
-    end = pattern.run + BEHIND * room.size
+    end = pattern.run + BEHIND * room.size - pattern.short
     ground = Ground(axes @ pattern.axes[2], level, shelf, room.size, pattern.deep, room.frame, pattern.stout, end)
     return posts_of(pattern.kind, head, axes, ground)
 
@@ -540,22 +547,40 @@ def fitted(pattern: Pattern, room: Room, thinnest: float) -> Pattern | None:
         return None
     if not posts_at(pattern, room, np.eye(3), []):
         return None
-    for share, deep in product(SHARES, (True, False)):
-        own = replace(pattern, share=share, deep=deep)
-        drawn = as_drawn(own, room, thinnest)
-        if not _begins(own, room, thinnest):
-            continue
-        if _outside(drawn.posts.reshape(-1, 3), room):
-            continue
-        flat = drawn.moving.reshape(-1, 3)
-        if (room.outside(flat) > ALONG * room.size).any() or room.in_platform(flat, 0.02 * room.size).any():
-            continue
-        if _links_meet(own, room, thinnest):
-            continue
-        others = drawn.all[1 : 1 + own.count // 2].reshape(-1, 3)
-        if not len(others) or float(cdist(drawn.all[0], others, "sqeuclidean").min()) > (LEAST_AWAY * room.size) ** 2:
-            return own
-    return None
+    each = (replace(pattern, share=share, deep=deep) for share, deep in product(SHARES, (True, False)))
+    return next((own for own in each if _fits(own, room, thinnest)), None)
+
+
+def stouter(pattern: Pattern, stout: float, room: Room, thinnest: float) -> Pattern | None:
+    """A pattern that fits with posts so many times as stout as they have to be; None where that does not fit."""
+    own = replace(pattern, stout=stout)
+    beyond = float(room.outside(as_drawn(own, room, thinnest).posts.reshape(-1, 3)).max())
+    if beyond > 0:  # by corners of those that slant
+        own = replace(own, short=min(2 * beyond, BEHIND * room.size))
+    if not _fits(own, room, thinnest):
+        return None
+    sizes = drawn_first(own, room, thinnest)
+    moving = np.concatenate(_points(own.kind, sizes))
+    for plain, post in zip(*(posts_at(each, room, np.eye(3), []) for each in (pattern, own)), strict=True):
+        away = post.away(moving, sizes)
+        if (away < np.minimum(plain.away(moving, sizes) - ALONG * room.size, GAP * room.size)).any():
+            return None
+    return own
+
+
+def _fits(own: Pattern, room: Room, thinnest: float) -> bool:
+    """Whether all copies, as drawn, are within the envelope, outside of the platform, begin at it and are clear of each
+    other."""
+    drawn = as_drawn(own, room, thinnest)
+    if not _begins(own, room, thinnest) or _outside(drawn.posts.reshape(-1, 3), room):
+        return False
+    flat = drawn.moving.reshape(-1, 3)
+    if (room.outside(flat) > ALONG * room.size).any() or room.in_platform(flat, 0.02 * room.size).any():
+        return False
+    if _links_meet(own, room, thinnest):
+        return False
+    others = drawn.all[1 : 1 + own.count // 2].reshape(-1, 3)
+    return not len(others) or float(cdist(drawn.all[0], others, "sqeuclidean").min()) > (LEAST_AWAY * room.size) ** 2
 
 
 def _outside(points: Array, room: Room) -> bool:

@@ -67,9 +67,20 @@ class Post:
     carries: tuple[str, ...]
     held: str | None
 
+    def ends(self, sizes: Mapping[str, float]) -> tuple[Array, Array]:
+        """Where it begins and ends along its axes, (3,) each, m."""
+        low, high = (np.array([_value(form, sizes) for form in ends]) for ends in (self.low, self.high))
+        return low, high
+
+    def away(self, points: Array, sizes: Mapping[str, float]) -> Array:
+        """How far points (n, 3) are away from it (n,), m."""
+        low, high = self.ends(sizes)
+        x = points @ self.axes
+        return np.linalg.norm(np.maximum(np.maximum(low - x, x - high), 0.0), axis=1)
+
     def points(self, sizes: Mapping[str, float], spacing: float) -> Array:
         """Points (n, 3) of it, no farther apart than so much, m, along its axes."""
-        low, high = (np.array([_value(form, sizes) for form in ends]) for ends in (self.low, self.high))
+        low, high = self.ends(sizes)
         counts = np.ceil(np.abs(high - low) / spacing).astype(int) + 1
         grid = np.meshgrid(*(np.linspace(a, b, n) for a, b, n in zip(low, high, counts, strict=True)), indexing="ij")
         return np.stack([own.ravel() for own in grid], axis=-1) @ self.axes.T
@@ -95,10 +106,10 @@ def plus(*forms: Form, by: float = 1.0) -> Form:
 
 @dataclass(frozen=True)
 class Ground:
-    """Where posts stand: the unit normal `up` (3,) of the base, the plane at `level` along it, m, and the `shelf` up to
-    which blocks may be deep; the smallest edge of the envelope, m. Walls stand on deep blocks where they are `deep`,
-    or are of a `frame`. Posts are so many times as `stout` as they have to be, and where feet lead on along limbs they
-    reach as far as `end` from the heads, m."""
+    """Where posts stand: the unit normal `up` (3,) of the base, the plane at `level` along it, m, and the `shelf`
+    up to which blocks may be deep; the smallest edge of the envelope, m. Walls stand on deep blocks where they are
+    `deep`, or are of a `frame`. Posts that are `stout` are so many times as broad as they have to be, and where
+    feet lead on along limbs they reach as far as `end` from the heads, m."""
 
     up: Array
     level: float
@@ -163,15 +174,15 @@ class _Feet:
         u, e = axes @ self.way, axes[:, 1]
         self.B: Array = np.array([np.cross(e, u), e, u]).T
         thick, wide = SECTIONS.get(profile, ({}, {}))
-        breadth = POST / 2 * ground.stout * ground.size
-        beside = MARGIN * ground.stout * ground.size if "width" in wide else breadth
-        half = plus({None: breadth}, thick), plus({None: beside}, wide)
+        stout = max(ground.stout, 1.0) * ground.size
+        beside = MARGIN if "width" in wide else POST / 2
+        half = plus({None: POST / 2 * stout}, thick), plus({None: beside * stout}, wide)
         places = np.array([axes @ unit[foot] for foot in feet]) @ self.B
         first, last = (places.argmin(axis=0), places.argmax(axis=0))
         at = [[_along(head, axes, kind.nodes[foot], self.B[:, k]) for foot in feet] for k in range(3)]
         self.at: Form = at[0][0]
         behind = plus(at[2][0], {None: BEHIND * ground.size})
-        if ground.stout > 1 and self.way[2] > ALONG:  # as deep as there is room
+        if ground.stout and self.way[2] > ALONG:  # as deep as there is room
             behind = plus(_along(head, axes, {}, u), {None: ground.end})
         self.low: list[Form] = [plus(at[k][first[k]], half[k], by=-1.0) for k in (0, 1)] + [at[2][0]]
         self.high: list[Form] = [plus(at[k][last[k]], half[k]) for k in (0, 1)] + [behind]

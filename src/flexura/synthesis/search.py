@@ -30,7 +30,7 @@ from flexura.synthesis.making import made
 from flexura.synthesis.optima import SECONDS, Judged, Optima, judged
 from flexura.synthesis.result import Candidate, Candidates, freedoms_in_short
 from flexura.synthesis.screening import AtRest, OverStroke
-from flexura.synthesis.topologies import topologies
+from flexura.synthesis.topologies import topologies, with_stout_posts
 from flexura.synthesis.wish import Room, WishFile, room_of, si
 from flexura.thresholds import STILL
 
@@ -84,7 +84,8 @@ def design(
     if file.wish.drives is not None and file.wish.drives.is_stacks:
         listed = driven(listed, room, file.wish, si(file.wish.make.thinnest))
     described_relations(plan_of(draft(listed[0], file, room, file.name)))  # what cannot be asked is told before
-    work = AtRest(file, room, tuple(listed[:most]), samples)
+    chosen = (with_stout_posts(own, room, si(file.wish.make.thinnest)) for own in listed[:most])
+    work = AtRest(file, room, tuple(chosen), samples)
     store = Store(Path(folder), text, samples)
     remarks = list(_notes(len(listed), most))
     run = _Run(store, workers, scheduler, report, remarks)

@@ -20,11 +20,15 @@ from scipy.spatial import KDTree
 from flexura.arrays import Array, Index
 from flexura.synthesis.amplifiers import Drive
 from flexura.synthesis.limbs import KINDS, unit_sizes
-from flexura.synthesis.patterns import ALONG, LEAST_AWAY, Pattern, Site, about_z, as_drawn, fitted, patterns
+from flexura.synthesis.patterns import ALONG, LEAST_AWAY, Pattern, Site, about_z, as_drawn, fitted, patterns, stouter
 from flexura.synthesis.wish import Room
 
 RANK = 1e-6
 """Eigenvalue of a sum of projections up to which it is none."""
+
+
+STOUT = (8.0, 4.0, 2.0, 1.4, 1.0)
+"""Times by which posts are stouter than they have to be, where there is room."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +79,24 @@ def topologies(room: Room, process: str, thinnest: float) -> list[Topology]:
         for own in sets
     ]
     return _sorted(listed)
+
+
+def with_stout_posts(own: Topology, room: Room, thinnest: float) -> Topology:
+    """A topology with posts as stout as its other limbs and its drives leave room for, one pattern after another."""
+    chosen = list(own.patterns)
+    far = LEAST_AWAY * room.size
+    for k, plain in enumerate(chosen):
+        others = [as_drawn(other, room, thinnest).all.reshape(-1, 3) for other in chosen[:k] + chosen[k + 1 :]]
+        for stout in STOUT:
+            if (thick := stouter(plain, stout, room, thinnest)) is None:
+                continue
+            points = as_drawn(thick, room, thinnest).all.reshape(-1, 3)
+            if own.drive is not None and own.drive.away(points) < far:
+                continue
+            if not any(_meet(KDTree(points), other[None], True, far) for other in others):
+                chosen[k] = thick
+                break
+    return replace(own, patterns=tuple(chosen))
 
 
 def _meet(tree: KDTree, swept: Array, alike: bool, far: float) -> bool:
