@@ -88,7 +88,7 @@ def _parameters(letter: str, own: Pattern, room: Room, thinnest: float) -> dict[
     """Sizes of a pattern with their limits."""
     limits = {name: ends for name, ends in limits_of(own, room, thinnest).items() if name != own.kind.pinned}
     values = {name: low + own.share * (high - low) for name, (low, high) in limits.items()}
-    if (radius := _radius_name(letter, own)) is not None:
+    if (radius := radius_name(letter, own)) is not None:
         name = radius.removeprefix(f"{letter}_")
         low, high = (own.site.reach * k for k in RADIUS_LIMITS)
         limits[name], values[name] = (low, high), own.site.reach * RADII[0]
@@ -98,7 +98,7 @@ def _parameters(letter: str, own: Pattern, room: Room, thinnest: float) -> dict[
     }
 
 
-def _radius_name(letter: str, own: Pattern) -> str | None:
+def radius_name(letter: str, own: Pattern) -> str | None:
     """The parameter that says how far from the axis a pattern is, if there is one."""
     if own.site.where != "below" or not own.site.reach or own.pinned:
         return None
@@ -112,7 +112,7 @@ def _substructure(letter: str, own: Pattern, room: Room, make: Make) -> dict[str
     axes, radial = turn @ own.axes, turn @ own.site.axes[:, 0]
     start = turn @ own.site.head(room)
     terms: list[tuple[str | None, Array]] = [(None, start)]
-    if radius := _radius_name(letter, own):
+    if radius := radius_name(letter, own):
         terms = [(None, start - radial * own.site.reach * RADII[0]), (radius, radial)]
     fixed, drawn = own.shift(own.lug(room))
 

@@ -11,12 +11,13 @@ import numpy as np
 
 from flexura.arrays import Array
 from flexura.errors import FlexuraError
-from flexura.full_order import plan_of
+from flexura.full_order import assemble, plan_of
 from flexura.mechanism import Mechanism, with_rigid_bodies
 from flexura.study.optimum import climbed
 from flexura.study.questions import questions, relation
 from flexura.study.requirements import Requirement, requirements
 from flexura.synthesis.drafts import draft, ends_of, with_values
+from flexura.synthesis.extents import beyond_envelope, extents_of
 from flexura.synthesis.result import Candidate, freedoms_in_short
 from flexura.synthesis.screening import AtRest, bases_of, clashes_of
 from flexura.synthesis.wish import DOFS, Room, Wish
@@ -81,7 +82,7 @@ def judged(of: AtRest, number: int, values: Array) -> Judged:
             first_hz=float(asked[0]),
             mass=float(asked[1]),
             requirements=() if found is None else found.requirements,
-            clashes=(*clashes_of(mechanism), *meeting),
+            clashes=(*clashes_of(mechanism), *meeting, *beyond_envelope(assemble(plan), of.room)),
         ),
     )
 
@@ -132,6 +133,7 @@ class Optima:
         limits = [with_spare(stiff, bending, promised.value) for bending, promised in pairs]
         if self.at_rest.listed[own.number].drive is None:  # stacks are stiff in what is free
             limits += _apart(self.at_rest.file.wish, self.at_rest.room)
+        limits += extents_of(self.at_rest.listed[own.number], self.at_rest.room, stiff).limits()
         found, ended = climbed(stiff, maximise="f1", subject_to=limits, accuracy=ACCURACY, seconds=max(seconds, 1.0))
         return np.array([found[name] for name in stiff.parameters]), ended
 

@@ -26,7 +26,18 @@ from scipy.spatial.distance import cdist
 
 from flexura.arrays import Array
 from flexura.synthesis.limbs import BAR, KINDS, POST, STOUT, WIDE, Kind, Sizes, Terms, place, unit_sizes
-from flexura.synthesis.posts import BEHIND, GAP, Ground, Post, leads_back, leads_on, posts_of
+from flexura.synthesis.posts import (
+    BEHIND,
+    GAP,
+    MARGIN,
+    SECTIONS,
+    Ground,
+    Post,
+    leads_back,
+    leads_on,
+    posts_of,
+    value_of,
+)
 from flexura.synthesis.posts import POST as BREADTH
 from flexura.synthesis.wish import ROOM, Room
 
@@ -434,6 +445,11 @@ def _width_room(pattern: Pattern, room: Room) -> float:
         wide = 2 * float(room.platform[2] - abs(site.height - room.middle[2]))
     else:
         wide = edge
+    if site.where == "beside" and e[0] > 1 - ALONG:
+        axis, turns, lug = np.array([*room.middle[:2], 0.0]), pattern.turns(), LUG * room.size
+        clear = _clear_along(room, turns @ (site.head(room) - axis) + axis, turns @ site.axes[:, 0])
+        clear += ROOM * room.size + (0.5 - BESIDE) * lug - max(BESIDE * lug, MARGIN * room.size)
+        wide = min(wide, max(clear, 0.0))
     if pattern.aside:
         wide = wide / 2 - LUG * room.size / 3
     return min(wide, pattern.run / WIDEST)
@@ -447,11 +463,11 @@ def _extent(room: Room, e: Array) -> float:
         return 2 * float((room.platform[:2] / np.where(np.abs(e[:2]) > ALONG, np.abs(e[:2]), 0.0)).min())
 
 
-def _copies(pattern: Pattern, room: Room, sizes: Sizes, points: Array) -> Array:
+def _copies(pattern: Pattern, room: Room, sizes: Sizes, points: Array, radius: float = RADII[0]) -> Array:
     """Points (n, 3) of a limb, along its axes from its head, in all copies (copies, n, 3), m."""
     axis = np.array([*room.middle[:2], 0.0])
     fixed, drawn = pattern.shift(pattern.lug(room))
-    start = pattern.site.head(room) + fixed - axis
+    start = pattern.site.head(room, radius) + fixed - axis
     return (start + (place(drawn, sizes) + points) @ pattern.axes.T) @ pattern.turns().transpose(0, 2, 1) + axis
 
 
@@ -460,6 +476,34 @@ def lug_of(pattern: Pattern, room: Room) -> tuple[Terms, Array]:
     edge, kind = pattern.lug(room), pattern.kind
     large = np.array([kind.has_thick_beginning, kind.width, False])
     return kind.face, edge * np.where(large, 2 * BESIDE, 1.0)
+
+
+def corners_of(pattern: Pattern, room: Room, sizes: Sizes, radius: float = RADII[0]) -> Array:
+    """Corners (n, 3) of members, blocks, lugs and posts of all copies, m: linear in the sizes, and in how far from the
+    axis sites below the platform are over their reach."""
+    kind = pattern.kind
+    nodes = kind.points(sizes)
+    found = []
+    for a, b, profile in kind.members.values():
+        d = (nodes[b] - nodes[a]) / np.linalg.norm(nodes[b] - nodes[a])
+        thick, wide = (value_of(form, sizes) for form in SECTIONS[profile])
+        across = np.array([s * thick * np.array([d[2], 0.0, -d[0]]) + [0.0, r * wide, 0.0] for s, r in _SIGNS])
+        found += [nodes[a] + across, nodes[b] + across]
+    found += [_between(place(low, sizes), place(high, sizes)) for low, high in kind.blocks.values()]
+    if pattern.has_lug:
+        longer, edges = lug_of(pattern, room)
+        half = (edges + place(longer, sizes)) / 2
+        found.append(_between(-half, half) - [0.0, 0.0, half[2]])
+    found += [_between(*post.ends(sizes)) @ post.axes.T for post in posts_at(pattern, room, np.eye(3), [])]
+    return _copies(pattern, room, sizes, np.concatenate(found), radius).reshape(-1, 3)
+
+
+_SIGNS = tuple(product((-1.0, 1.0), repeat=2))
+
+
+def _between(low: Array, high: Array) -> Array:
+    """Corners (8, 3) of a box."""
+    return np.array(list(product(*zip(low, high, strict=True))))
 
 
 class Drawn(NamedTuple):
@@ -513,7 +557,8 @@ def posts_at(pattern: Pattern, room: Room, axes: Array, head: Sequence[tuple[str
     level = -float((pattern.site.head(room) + fixed)[2]) if not head else 0.0
     shelf = level + float(room.middle[2] - room.platform[2]) - room.clear - GAP * room.size
     end = pattern.run + BEHIND * room.size - pattern.short
-    ground = Ground(axes @ pattern.axes[2], level, shelf, room.size, pattern.deep, room.frame, pattern.stout, end)
+    top = level + 2 * float(room.half[2])
+    ground = Ground(axes @ pattern.axes[2], level, top, shelf, room.size, pattern.deep, room.frame, pattern.stout, end)
     return posts_of(pattern.kind, head, axes, ground)
 
 
@@ -572,20 +617,16 @@ def _fits(own: Pattern, room: Room, thinnest: float) -> bool:
     """Whether all copies, as drawn, are within the envelope, outside of the platform, begin at it and are clear of each
     other."""
     drawn = as_drawn(own, room, thinnest)
-    if not _begins(own, room, thinnest) or _outside(drawn.posts.reshape(-1, 3), room):
+    if not _begins(own, room, thinnest) or room.in_platform(drawn.posts.reshape(-1, 3), -room.clear).any():
         return False
-    flat = drawn.moving.reshape(-1, 3)
-    if (room.outside(flat) > ALONG * room.size).any() or room.in_platform(flat, 0.02 * room.size).any():
+    if (room.outside(corners_of(own, room, drawn_first(own, room, thinnest))) > ALONG * room.size).any():
+        return False
+    if room.in_platform(drawn.moving.reshape(-1, 3), 0.02 * room.size).any():
         return False
     if _links_meet(own, room, thinnest):
         return False
     others = drawn.all[1 : 1 + own.count // 2].reshape(-1, 3)
     return not len(others) or float(cdist(drawn.all[0], others, "sqeuclidean").min()) > (LEAST_AWAY * room.size) ** 2
-
-
-def _outside(points: Array, room: Room) -> bool:
-    """Whether points (n, 3) of posts are outside of the envelope or in the way of the platform."""
-    return bool((room.outside(points) > ALONG * room.size).any() or room.in_platform(points, -room.clear).any())
 
 
 def _begins(pattern: Pattern, room: Room, thinnest: float) -> bool:

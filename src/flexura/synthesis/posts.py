@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from flexura.arrays import Array
-from flexura.synthesis.limbs import LEAF, NECK, NOTCH, ROUND, WIRE, Kind, Terms, unit_sizes
+from flexura.synthesis.limbs import BAR, LEAF, NECK, NOTCH, ROD, ROUND, STOUT, WIRE, Kind, Terms, unit_sizes
+from flexura.synthesis.limbs import POST as LINK
 
 POST = 0.1
 """How much thicker a post is than what ends in it, and how deep beside a limb, over the smallest edge of the
@@ -51,6 +52,9 @@ SECTIONS: dict[str, tuple[Form, Form]] = {
     NECK: ({"diameter": 1.5}, {"diameter": 1.5}),
     NOTCH: ({"radius": 1.0, "web": 0.5}, {"width": 0.5}),
     ROUND: ({"radius": 1.0, "web": 0.5}, {"radius": 1.0, "web": 0.5}),
+    ROD: ({"diameter": 1.5}, {"diameter": 1.5}),
+    BAR: ({"radius": STOUT / 2, "web": 0.5}, {"width": 0.5}),
+    LINK: ({"radius": STOUT / 2, "web": 0.5}, {"radius": STOUT / 2, "web": 0.5}),
 }
 """Half of the thickness and of the width of the end of a member, by its profile, as sums of sizes."""
 
@@ -69,7 +73,7 @@ class Post:
 
     def ends(self, sizes: Mapping[str, float]) -> tuple[Array, Array]:
         """Where it begins and ends along its axes, (3,) each, m."""
-        low, high = (np.array([_value(form, sizes) for form in ends]) for ends in (self.low, self.high))
+        low, high = (np.array([value_of(form, sizes) for form in ends]) for ends in (self.low, self.high))
         return low, high
 
     def away(self, points: Array, sizes: Mapping[str, float]) -> Array:
@@ -86,7 +90,8 @@ class Post:
         return np.stack([own.ravel() for own in grid], axis=-1) @ self.axes.T
 
 
-def _value(form: Form, sizes: Mapping[str, float]) -> float:
+def value_of(form: Form, sizes: Mapping[str, float]) -> float:
+    """A form in numbers."""
     return sum(c * (1.0 if name is None else sizes[name]) for name, c in form.items())
 
 
@@ -106,13 +111,14 @@ def plus(*forms: Form, by: float = 1.0) -> Form:
 
 @dataclass(frozen=True)
 class Ground:
-    """Where posts stand: the unit normal `up` (3,) of the base, the plane at `level` along it, m, and the `shelf`
-    up to which blocks may be deep; the smallest edge of the envelope, m. Walls stand on deep blocks where they are
-    `deep`, or are of a `frame`. Posts that are `stout` are so many times as broad as they have to be, and where
-    feet lead on along limbs they reach as far as `end` from the heads, m."""
+    """Where posts stand: the unit normal `up` (3,) of the base, the plane at `level` along it and the `top` of the
+    envelope, m, and the `shelf` up to which blocks may be deep; the smallest edge of the envelope, m. Walls stand
+    on deep blocks where they are `deep`, or are of a `frame`. Posts that are `stout` are so many times as broad as
+    they have to be, and where feet lead on along limbs they reach as far as `end` from the heads, m."""
 
     up: Array
     level: float
+    top: float
     shelf: float
     size: float
     deep: bool
@@ -173,7 +179,7 @@ class _Feet:
         self.way, profile = _leading(kind, feet[0], unit)
         u, e = axes @ self.way, axes[:, 1]
         self.B: Array = np.array([np.cross(e, u), e, u]).T
-        thick, wide = SECTIONS.get(profile, ({}, {}))
+        thick, wide = SECTIONS[profile]
         stout = max(ground.stout, 1.0) * ground.size
         beside = MARGIN if "width" in wide else POST / 2
         half = plus({None: POST / 2 * stout}, thick), plus({None: beside * stout}, wide)
@@ -191,6 +197,14 @@ class _Feet:
         rise = self.B.T @ ground.up
         self.k: int = int(np.argmax(np.abs(rise)))
         self.up: float = float(np.sign(rise[self.k])) if np.abs(rise).max() > 1 - ALONG else 0.0
+        if (
+            self.k != 2 and self.up and set(at[self.k][0]) == {None}
+        ):  # none of it is below the base or above the envelope
+            least, most = sorted((self.up * ground.level, self.up * ground.top))
+            if self.low[self.k][None] < least:
+                self.low[self.k] = {None: least}
+            if self.high[self.k][None] > most:
+                self.high[self.k] = {None: most}
         self.is_high: bool = all(
             set(form) == {None} and self.up * form[None] > ground.shelf + GAP * ground.size for form in at[self.k]
         )

@@ -20,6 +20,7 @@ from flexura.study.questions import questions, relation
 from flexura.synthesis.bending import strain_over_stroke
 from flexura.synthesis.drafts import draft, with_values
 from flexura.synthesis.drives import reach
+from flexura.synthesis.extents import extents_of
 from flexura.synthesis.topologies import Topology
 from flexura.synthesis.wish import DOFS, Room, WishFile, si
 from flexura.thresholds import ROUND_OFF
@@ -36,7 +37,7 @@ SPARE = 2.2
 
 @dataclass(frozen=True)
 class AtRest:
-    """Designs of topologies at rest, one topology after another: what a worker is sent.
+    """Designs of topologies at rest within the envelope, one topology after another: what a worker is sent.
 
     A block has the `values` (k, p) of the best designs of a topology, best first, in the order of its parameters, the
     `margins` (k, r) of the requirements that are asked at rest, nan where there is none, the `gap` (k,), and the
@@ -91,7 +92,8 @@ class AtRest:
         low, high = (np.array([float(getattr(p, end)) for p in parameters.values()]) for end in ("minimum", "maximum"))
         unit = _in_cube(len(low), self.samples, number)
         drawn = [float(p.value) for p in parameters.values()]  # type: ignore[arg-type]
-        values = np.concatenate([[drawn], low + unit * (high - low)])
+        extents = extents_of(own, self.room, plan.mechanism)
+        values = np.concatenate([[drawn], extents.within(np.array(drawn), low + unit * (high - low))])
         designs = dict(zip(parameters, values.T, strict=True))
         relations = [relation(plan, text) for text in self.required_of(own).values()]
         margins = np.array([own.margin(designs) for own in relations]).reshape(len(relations), len(values))
