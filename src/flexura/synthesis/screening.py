@@ -16,7 +16,7 @@ from flexura.errors import FlexuraError, ModelError
 from flexura.full_order import plan_of
 from flexura.mechanism import CATALOGUE, Mechanism, with_rigid_bodies
 from flexura.structure import Plan
-from flexura.study.questions import questions, relation
+from flexura.study.questions import Questions, Relation, questions, relation
 from flexura.synthesis.bending import strain_over_stroke
 from flexura.synthesis.drafts import draft, with_values
 from flexura.synthesis.drives import reach
@@ -96,7 +96,7 @@ class AtRest:
         values = np.concatenate([[drawn], extents.within(np.array(drawn), low + unit * (high - low))])
         designs = dict(zip(parameters, values.T, strict=True))
         relations = [relation(plan, text) for text in self.required_of(own).values()]
-        margins = np.array([own.margin(designs) for own in relations]).reshape(len(relations), len(values))
+        margins = _margins(plan, relations, designs).reshape(len(relations), len(values))
         gaps = self.gaps(own, plan, designs)
         spare = self.allowed / np.maximum(strain_over_stroke(own, designs, self.file.wish, self.room), ROUND_OFF)
         with np.errstate(divide="ignore"):
@@ -105,6 +105,14 @@ class AtRest:
         best = np.argsort(-np.where(np.isfinite(score), score, -np.inf), kind="stable")[:BEST_OF_EACH]
         columns = {"values": values[best], "margins": margins[:, best].T, "gap": gaps[best], "score": score[best]}
         return columns | {"count": np.array(float(len(values)))}
+
+
+def _margins(plan: Plan, relations: Sequence[Relation], designs: Mapping[str, Array]) -> Array:
+    """Margins (relations, n) of designs, with what is asked in all relations worked out at once."""
+    asked = tuple(dict.fromkeys(quantity for own in relations for quantity in own.quantities))
+    answers = Questions(plan, asked).values(designs)
+    values = {quantity.text: answers.value[:, k] for k, quantity in enumerate(asked)}
+    return np.array([own.evaluate(values) for own in relations])
 
 
 def _in_cube(n: int, samples: int, seed: int) -> Array:
