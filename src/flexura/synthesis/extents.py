@@ -13,7 +13,7 @@ from flexura.mechanism import Mechanism
 from flexura.structure import FullOrderModel, solids_of
 from flexura.synthesis.amplifiers import hull_of
 from flexura.synthesis.drafts import radius_name
-from flexura.synthesis.patterns import ALONG, corners_of
+from flexura.synthesis.patterns import ALONG, corners_of, posts_at
 from flexura.synthesis.topologies import Topology
 from flexura.synthesis.wish import Room
 
@@ -88,7 +88,8 @@ def _corners(topology: Topology, room: Room, values: Mapping[str, float]) -> Arr
     for letter, own in zip("abc", topology.patterns, strict=False):
         sizes = {name: values.get(f"{letter}_{name}", own.held) for name in own.kind.sizes}
         radius = radius_name(letter, own)
-        found.append(corners_of(own, room, sizes, *([values[radius] / own.site.reach] if radius else [])))
+        posts = posts_at(own, room, np.eye(3), [])
+        found.append(corners_of(own, posts, room, sizes, *([values[radius] / own.site.reach] if radius else [])))
     if (drive := topology.drive) is not None:
         sizes = {name: values[f"drive_{name}"] for name in drive.sizes}
         middles, halves = hull_of(drive.amplifier.parts(drive.stack, ""), sizes)

@@ -22,12 +22,13 @@ from itertools import compress, product
 from typing import Literal, NamedTuple
 
 import numpy as np
-from scipy.spatial.distance import cdist
+from scipy.spatial import KDTree
 
 from flexura.arrays import Array
 from flexura.synthesis.limbs import BAR, KINDS, POST, STOUT, WIDE, Kind, Sizes, Terms, place, unit_sizes
 from flexura.synthesis.posts import (
     BEHIND,
+    BELOW,
     GAP,
     MARGIN,
     SECTIONS,
@@ -478,8 +479,8 @@ def lug_of(pattern: Pattern, room: Room) -> tuple[Terms, Array]:
     return kind.face, edge * np.where(large, 2 * BESIDE, 1.0)
 
 
-def corners_of(pattern: Pattern, room: Room, sizes: Sizes, radius: float = RADII[0]) -> Array:
-    """Corners (n, 3) of members, blocks, lugs and posts of all copies, m: linear in the sizes, and in how far from the
+def corners_of(pattern: Pattern, posts: Sequence[Post], room: Room, sizes: Sizes, radius: float = RADII[0]) -> Array:
+    """Corners (n, 3) of members, blocks, lugs and some posts of all copies, m: linear in the sizes, and in how far from the
     axis sites below the platform are over their reach."""
     kind = pattern.kind
     nodes = kind.points(sizes)
@@ -494,7 +495,7 @@ def corners_of(pattern: Pattern, room: Room, sizes: Sizes, radius: float = RADII
         longer, edges = lug_of(pattern, room)
         half = (edges + place(longer, sizes)) / 2
         found.append(_between(-half, half) - [0.0, 0.0, half[2]])
-    found += [_between(*post.ends(sizes)) @ post.axes.T for post in posts_at(pattern, room, np.eye(3), [])]
+    found += [_between(*post.ends(sizes)) @ post.axes.T for post in posts]
     return _copies(pattern, room, sizes, np.concatenate(found), radius).reshape(-1, 3)
 
 
@@ -543,11 +544,14 @@ def as_drawn(pattern: Pattern, room: Room, thinnest: float) -> Drawn:
         longer, edges = lug_of(pattern, room)
         half = (edges + place(longer, sizes)) / 2
         every = np.concatenate([moving, (2 * _GRID - 1) * half - [0.0, 0.0, half[2]]])
-    spacing = SPACING * room.size
-    standing = [post.points(sizes, spacing) for post in posts_at(pattern, room, np.eye(3), [])] or [np.empty((0, 3))]
-    every = np.concatenate([*standing, every])
-    own, n = _copies(pattern, room, sizes, every), sum(map(len, standing))
+    standing = _standing(posts_at(pattern, room, np.eye(3), []), sizes, room)
+    own, n = _copies(pattern, room, sizes, np.concatenate([standing, every])), len(standing)
     return Drawn(own[:, n : n + len(members)], own[:, n : n + len(moving)], own[:, :n], own)
+
+
+def _standing(posts: Sequence[Post], sizes: Sizes, room: Room) -> Array:
+    """Points (n, 3) of posts."""
+    return np.concatenate([np.empty((0, 3)), *(own.points(sizes, SPACING * room.size) for own in posts)])
 
 
 def posts_at(pattern: Pattern, room: Room, axes: Array, head: Sequence[tuple[str | None, Array]]) -> list[Post]:
@@ -590,10 +594,13 @@ def fitted(pattern: Pattern, room: Room, thinnest: float) -> Pattern | None:
         and abs(pattern.site.axes[:, 0] @ pattern.axes[:, 0]) > ALONG
     ):
         return None
-    if not posts_at(pattern, room, np.eye(3), []):
+    walls = {deep: posts_at(replace(pattern, deep=deep), room, np.eye(3), []) for deep in (True, False)}
+    if not walls[True]:
         return None
-    each = (replace(pattern, share=share, deep=deep) for share, deep in product(SHARES, (True, False)))
-    return next((own for own in each if _fits(own, room, thinnest)), None)
+    if not any(post.name.endswith(BELOW) for post in walls[True]):
+        del walls[False]
+    each = (replace(pattern, share=share, deep=deep) for share, deep in product(SHARES, walls))
+    return next((own for own in each if _fits(own, walls[own.deep], room, thinnest)), None)
 
 
 def stouter(pattern: Pattern, stout: float, room: Room, thinnest: float) -> Pattern | None:
@@ -602,48 +609,55 @@ def stouter(pattern: Pattern, stout: float, room: Room, thinnest: float) -> Patt
     beyond = float(room.outside(as_drawn(own, room, thinnest).posts.reshape(-1, 3)).max())
     if beyond > 0:  # by corners of those that slant
         own = replace(own, short=min(2 * beyond, BEHIND * room.size))
-    if not _fits(own, room, thinnest):
+    plain, posts = (posts_at(each, room, np.eye(3), []) for each in (pattern, own))
+    if not _fits(own, posts, room, thinnest):
         return None
     sizes = drawn_first(own, room, thinnest)
     moving = np.concatenate(_points(own.kind, sizes))
-    for plain, post in zip(*(posts_at(each, room, np.eye(3), []) for each in (pattern, own)), strict=True):
+    for before, post in zip(plain, posts, strict=True):
         away = post.away(moving, sizes)
-        if (away < np.minimum(plain.away(moving, sizes) - ALONG * room.size, GAP * room.size)).any():
+        if (away < np.minimum(before.away(moving, sizes) - ALONG * room.size, GAP * room.size)).any():
             return None
     return own
 
 
-def _fits(own: Pattern, room: Room, thinnest: float) -> bool:
+def _fits(own: Pattern, posts: Sequence[Post], room: Room, thinnest: float) -> bool:
     """Whether all copies, as drawn, are within the envelope, outside of the platform, begin at it and are clear of each
-    other."""
+    other; where corners and posts are is looked at first, as that is what most fail in."""
+    sizes = drawn_first(own, room, thinnest)
+    if (room.outside(corners_of(own, posts, room, sizes)) > ALONG * room.size).any():
+        return False
+    if room.in_platform(_copies(own, room, sizes, _standing(posts, sizes, room)).reshape(-1, 3), -room.clear).any():
+        return False
+    if not _begins(own, room, sizes) or _links_meet(own, room, sizes):
+        return False
     drawn = as_drawn(own, room, thinnest)
-    if not _begins(own, room, thinnest) or room.in_platform(drawn.posts.reshape(-1, 3), -room.clear).any():
-        return False
-    if (room.outside(corners_of(own, room, drawn_first(own, room, thinnest))) > ALONG * room.size).any():
-        return False
     if room.in_platform(drawn.moving.reshape(-1, 3), 0.02 * room.size).any():
         return False
-    if _links_meet(own, room, thinnest):
-        return False
     others = drawn.all[1 : 1 + own.count // 2].reshape(-1, 3)
-    return not len(others) or float(cdist(drawn.all[0], others, "sqeuclidean").min()) > (LEAST_AWAY * room.size) ** 2
+    return not len(others) or not nearer(KDTree(others), drawn.all[0], LEAST_AWAY * room.size)
 
 
-def _begins(pattern: Pattern, room: Room, thinnest: float) -> bool:
+def nearer(tree: KDTree, points: Array, far: float) -> bool:
+    """Whether any of some points (n, 3) is nearer than so far, m, to those of a tree."""
+    return bool(np.isfinite(tree.query(points, 1, 0.0, 2, far)[0]).any())
+
+
+def _begins(pattern: Pattern, room: Room, sizes: Sizes) -> bool:
     """Whether all heads of all copies are at the platform, or on a lug."""
     if pattern.has_lug:
         return True
-    nodes = pattern.kind.points(sizes := drawn_first(pattern, room, thinnest))
+    nodes = pattern.kind.points(sizes)
     heads = _copies(pattern, room, sizes, np.array([nodes[head] for head in pattern.kind.heads]))
     return bool(room.in_platform(heads.reshape(-1, 3), -1e-3 * room.size).all())
 
 
-def _links_meet(pattern: Pattern, room: Room, thinnest: float) -> bool:
+def _links_meet(pattern: Pattern, room: Room, sizes: Sizes) -> bool:
     """Whether corners of links that do not begin at the platform are in it."""
     kind = pattern.kind
     if not any(own.profile == BAR for own in kind.members.values()):
         return False
-    nodes = kind.points(sizes := drawn_first(pattern, room, thinnest))
+    nodes = kind.points(sizes)
     ends = [
         nodes[node] + _edges_of(profile, nodes[b] - nodes[a], sizes)
         for a, b, profile in kind.members.values()

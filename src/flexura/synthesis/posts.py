@@ -37,6 +37,9 @@ BRACKET = 0.6
 
 ALONG = 1e-6
 
+MOST_POINTS = 40
+"""Points along an edge of a post, which is as long as many times the thickness of a thin layer."""
+
 BELOW = "_below"
 """What the names of deeper blocks below walls end in, which may be parts of their own."""
 
@@ -83,9 +86,9 @@ class Post:
         return np.linalg.norm(np.maximum(np.maximum(low - x, x - high), 0.0), axis=1)
 
     def points(self, sizes: Mapping[str, float], spacing: float) -> Array:
-        """Points (n, 3) of it, no farther apart than so much, m, along its axes."""
+        """Points (n, 3) of it, no farther apart than so much, m, along its axes, or as many as there are at most."""
         low, high = self.ends(sizes)
-        counts = np.ceil(np.abs(high - low) / spacing).astype(int) + 1
+        counts = np.minimum(np.ceil(np.abs(high - low) / spacing).astype(int) + 1, MOST_POINTS)
         grid = np.meshgrid(*(np.linspace(a, b, n) for a, b, n in zip(low, high, counts, strict=True)), indexing="ij")
         return np.stack([own.ravel() for own in grid], axis=-1) @ self.axes.T
 

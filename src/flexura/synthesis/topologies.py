@@ -20,7 +20,18 @@ from scipy.spatial import KDTree
 from flexura.arrays import Array, Index
 from flexura.synthesis.amplifiers import Drive
 from flexura.synthesis.limbs import KINDS, unit_sizes
-from flexura.synthesis.patterns import ALONG, LEAST_AWAY, Pattern, Site, about_z, as_drawn, fitted, patterns, stouter
+from flexura.synthesis.patterns import (
+    ALONG,
+    LEAST_AWAY,
+    Pattern,
+    Site,
+    about_z,
+    as_drawn,
+    fitted,
+    nearer,
+    patterns,
+    stouter,
+)
 from flexura.synthesis.wish import Room
 
 RANK = 1e-6
@@ -103,7 +114,7 @@ def _meet(tree: KDTree, swept: Array, alike: bool, far: float) -> bool:
     """Whether copies (n, p, 3) of a pattern come nearer than so far, m, to the points of another: the first stands for
     all of as many."""
     points = swept[0] if alike else swept.reshape(-1, 3)
-    return bool(np.isfinite(tree.query(points, 1, 0.0, 2, far)[0]).any())
+    return nearer(tree, points, far)
 
 
 def _room_of(own: Sequence[Pattern]) -> float:
