@@ -56,7 +56,7 @@ def limbs_of(topology, room):
     centre = np.array([*room.middle[:2], 0.0])
     for p in topology.patterns:
         c, s = np.cos(p.site.azimuth), np.sin(p.site.azimuth)
-        r = p.site.reach * (0.8 if p.site.where == "below" else 1.0)
+        r = p.site.reach * p.site.out
         head = np.array([r * c, r * s, p.site.height])
         for k in range(p.count):
             a = 2 * np.pi * k / p.count

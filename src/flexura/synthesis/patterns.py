@@ -45,8 +45,9 @@ from flexura.synthesis.wish import ROOM, Room
 COUNTS = (1, 2, 3, 4)
 """Limbs of a pattern."""
 
-RADII = (0.8, 0.55)
-"""Distance from the axis of sites below the platform, over the way to its edge: as drawn first, and another one."""
+RADII = (0.8, 0.65, 0.5, 0.35)
+"""Distances from the axis of sites below the platform, over the way to its edge: as drawn first, and those of limbs
+that are right at the one distance alone at which they are drawn."""
 
 LUG = 0.06
 """Edge of a lug at the side of the platform, on which limbs begin that lead on beside it, over the smallest edge of the
@@ -87,18 +88,19 @@ WIDEST = 1.5
 
 class Site(NamedTuple):
     """Where a limb begins: below the platform, at its side, or on a lug beside it, at an azimuth, rad, and a height, m.
-    `reach` is how far from the axis the edge of the platform is there, or the middle of the lug. The one in the middle
-    below it has a reach of zero."""
+    `reach` is how far from the axis the edge of the platform is there, or the middle of the lug, and below the platform
+    it is drawn at so much of that, `out`. The one in the middle below it has a reach of zero."""
 
     where: Literal["below", "side", "beside"]
     azimuth: float
     height: float
     reach: float
+    out: float = 1.0
 
-    def head(self, room: Room, radius: float = RADII[0]) -> Array:
-        """Its point (3,); below the platform so far from the axis over the reach."""
+    def head(self, room: Room) -> Array:
+        """Its point (3,)."""
         c, s = np.cos(self.azimuth), np.sin(self.azimuth)
-        r = self.reach * (radius if self.where == "below" else 1.0)
+        r = self.reach * self.out
         return np.array([room.middle[0] + r * c, room.middle[1] + r * s, self.height])
 
     @property
@@ -116,7 +118,7 @@ def sites(room: Room, count: int) -> list[Site]:
     heights = {own for own in heights if low - ALONG * room.size <= own <= high + ALONG * room.size}
     found = [Site("below", 0.0, float(low), 0.0)] if count == 1 else []
     for angle, reach in _edges(room, count):
-        found.append(Site("below", angle, float(low), reach))
+        found += [Site("below", angle, float(low), reach, out) for out in RADII]
         if count == 3 and room.shape == "box":
             continue
         for height in sorted(heights, key=lambda own: abs(own - z)):
@@ -296,7 +298,8 @@ def patterns(room: Room, process: str) -> list[Pattern]:
     beside = {kind.name: 2 * (GAP + breadth) * room.size * leads_back(kind) for kind in kinds}
     found = []
     for count, site in ((n, site) for n in COUNTS for site in sites(room, n)):
-        F, further = (_freedoms(room, site.head(room, radius), count) for radius in RADII)
+        another = site._replace(out=RADII[1] if site.out == RADII[0] else RADII[0])
+        F, further = (_freedoms(room, own.head(room), count) for own in (site, another))
         for d in _directions(site, room.wrenches.directions_at(site.head(room))):
             if (whole := _run(room, site, d, _turns(count))) < SHORTEST * room.size:
                 continue
@@ -320,6 +323,8 @@ def patterns(room: Room, process: str) -> list[Pattern]:
                     if run < SHORTEST * room.size or (kind.is_broad and across < NARROWEST * room.size):
                         continue
                     pinned = site.where == "below" and np.abs(other.T @ W).max(initial=0.0) > ALONG
+                    if not pinned and site.out < RADII[0]:
+                        continue
                     bears = W[:, : W.shape[1] // 2]
                     own_pattern = Pattern(kind, site, axes, count, run, across, bears, bool(pinned), held, aside=aside)
                     here.append(own_pattern)

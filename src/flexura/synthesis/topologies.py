@@ -23,6 +23,7 @@ from flexura.synthesis.limbs import KINDS, unit_sizes
 from flexura.synthesis.patterns import (
     ALONG,
     LEAST_AWAY,
+    RADII,
     Pattern,
     Site,
     about_z,
@@ -291,7 +292,8 @@ def _place(site: Site, room: Room) -> str:
     """Where a pattern is, in words."""
     angle = f" from {np.degrees(site.azimuth):.0f} deg on" if abs(site.azimuth) > ALONG else ""
     if site.where == "below":
-        return f"below{angle}" if site.reach else "in the middle below"
+        further = f" {100 * site.out:.0f} % out" if site.out < RADII[0] else ""
+        return f"below{further}{angle}" if site.reach else "in the middle below"
     up = site.height - room.middle[2]
     if abs(up) < ALONG * room.size:
         return f"at the side{angle}"
