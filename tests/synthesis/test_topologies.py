@@ -26,7 +26,7 @@ def borne(kind, head, axes, held, sizes):
     """Wrenches of a limb about the origin of the room by what textbooks say of it (Blanding 1999); the centre of those
     that turn about a wished axis is as far along d as is held, of a pivot half as far."""
     m, e, d = axes.T
-    centre = head + (0.5 if kind == "crossed pivot" else 1.0) * held * d
+    centre = head + (0.5 if kind in ("crossed pivot", "cartwheel") else 1.0) * held * d
     middle = head + sizes.get("radius", 0.0) * d
     forces = [line(middle, own) for own in (m, e, d)]
     return np.array(
@@ -45,6 +45,7 @@ def borne(kind, head, axes, held, sizes):
             "post on a notch": [*(line(centre, own) for own in (m, e, d)), couple(m), couple(d)],
             "post on a round neck": [line(centre, own) for own in (m, e, d)],
             "crossed pivot": [*(line(centre, own) for own in (m, e, d)), couple(m), couple(d)],
+            "cartwheel": [*(line(centre, own) for own in (m, e, d)), couple(m), couple(d)],
             "delta arm": [couple(m)],
             "linear delta arm": [couple(m)],
         }[kind]

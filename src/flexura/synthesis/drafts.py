@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -136,8 +136,8 @@ def _substructure(letter: str, own: Pattern, room: Room, make: Make) -> dict[str
         (flexures if PROFILES[profile].free else links)[name] = member
     found: dict[str, Any] = {"nodes": nodes, "flexures": flexures, "links": links, "bodies": {}}
     interface = list(own.kind.heads)
-    for name, (low, high) in own.kind.blocks.items():
-        block = _block(letter, terms, axes, low, high, material)
+    for name, corners in own.kind.blocks.items():
+        block = _block(letter, own, terms, axes, corners, material)
         found["bodies"][name] = block | {"carries": list(own.kind.at(name))}
     if own.has_lug:
         found["bodies"]["lug"] = _lug(letter, own, room, terms, axes, material)
@@ -148,37 +148,44 @@ def _substructure(letter: str, own: Pattern, room: Room, make: Make) -> dict[str
 
 
 def _block(
-    letter: str, terms: list[tuple[str | None, Array]], axes: Array, low: Terms, high: Terms, material: str
+    letter: str,
+    own: Pattern,
+    terms: list[tuple[str | None, Array]],
+    axes: Array,
+    corners: tuple[Terms, Terms],
+    material: str,
 ) -> dict[str, Any]:
     """A box along the axes of a limb between two of its corners."""
-    zero = np.zeros(3)
-    ends = {size: (np.array(low.get(size, zero)), np.array(high.get(size, zero))) for size in {**low, **high}}
-    spans = {size: b - a for size, (a, b) in ends.items()}
-    size = [
-        _sum((f"{letter}_{name}", float(own[k])) for name, own in spans.items() if abs(own[k]) > ALONG)
-        for k in range(3)
-    ]
-    centre = [*terms, *((f"{letter}_{name}", axes @ (a + b) / 2) for name, (a, b) in ends.items())]
+    low, high = (
+        [with_fixed({size: c[k] for size, c in end.items()}, own.kind.pinned, own.held) for k in range(3)]
+        for end in corners
+    )
+    middle = [plus({None: 0.0}, a, b, by=0.5) for a, b in zip(low, high, strict=True)]
+    edges = [plus(b, a, by=-1.0) for a, b in zip(low, high, strict=True)]
     return {
-        "centre": _point(centre),
-        "solid": {"shape": "box", "size": size, "material": material},
+        "centre": _point([*terms, *_along(letter, middle, axes)]),
+        "solid": {"shape": "box", "size": [_length(letter, edge) for edge in edges], "material": material},
         "rotate": _rotation(axes),
     }
+
+
+def _along(letter: str, place: Sequence[Form], axes: Array) -> list[tuple[str | None, Array]]:
+    """A point by its coordinates along axes (3, 3), in the global frame."""
+    return [
+        (None if name is None else f"{letter}_{name}", c * axes[:, k])
+        for k, form in enumerate(place)
+        for name, c in form.items()
+    ]
 
 
 def _post(letter: str, own: Pattern, post: Post, material: str) -> dict[str, Any]:
     """A block of the base."""
     low, high = ([with_fixed(form, own.kind.pinned, own.held) for form in ends] for ends in (post.low, post.high))
     middle = [plus({None: 0.0}, a, b, by=0.5) for a, b in zip(low, high, strict=True)]
-    centre = [
-        (None if name is None else f"{letter}_{name}", c * post.axes[:, k])
-        for k, form in enumerate(middle)
-        for name, c in form.items()
-    ]
     edges = [plus(b, a, by=-1.0) for a, b in zip(low, high, strict=True)]
     return {
-        "centre": _point(centre),
-        "solid": {"shape": "box", "size": [_length(letter, own) for own in edges], "material": material},
+        "centre": _point(_along(letter, middle, post.axes)),
+        "solid": {"shape": "box", "size": [_length(letter, edge) for edge in edges], "material": material},
         "rotate": _rotation(post.axes),
         **({"held": {"face": post.held}} if post.held else {}),
         **({"carries": list(post.carries)} if post.carries else {}),

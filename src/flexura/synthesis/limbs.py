@@ -302,6 +302,8 @@ _ASIDE: Terms = {"arm": (1, 0, 0)}
 _HINGE: Terms = {"radius": (0, 0, 2)}
 _CLEAR = 0.1
 """How far feet of a folded guide are clear of what its heads are at, over the length of its leaves."""
+_HUB = 0.08
+"""Edges of the hub of a cartwheel, over those of the rectangle that it has its spokes in."""
 _ROD = tuple((profile, {"length": (0.0, 0.0, share)}) for profile, share in ((NECK, 0.12), (ROD, 0.76), (NECK, 0.12)))
 _CORNER: Terms = {"radius": (0, 0, STOUT / 2 + 0.1), "web": (0, 0, 0.5)}
 """How far the middle of a link that leads away along m is beyond a notch."""
@@ -357,6 +359,34 @@ def _kinds() -> Iterator[Kind]:
             Row(plus(plus({}, across, -s / 2), beside, s / 2), ((LEAF, plus(_ALONG, across, s)),)) for s in (1.0, -1.0)
         ),
         {},
+        "length",
+        {"length": (0, 0, 0.5)},
+    )
+    spoke: Terms = {"length": (0, 0, (1 - _HUB) / 2)}
+    rim: Terms = {"length": (0, 0, (1 + _HUB) / 2)}
+    yield Kind(
+        "cartwheel",
+        {
+            "length": Limit(0.15, 0.995, "room"),
+            "spacing": Limit(0.1, 0.5, "across"),
+            "width": WIDTH,
+            "thickness": THICKNESS,
+        },
+        tuple(
+            row
+            for s in (1.0, -1.0)
+            for way in [((LEAF, plus(spoke, across, s * (1 - _HUB) / 2)),)]
+            for row in (
+                Row(plus({}, across, -s / 2), way, ends="hub"),
+                Row(plus(rim, across, s * _HUB / 2), way, begins="hub"),
+            )
+        ),
+        {
+            "hub": (
+                {"spacing": (-_HUB / 2, 0, 0), "width": (0, -0.5, 0), "length": (0, 0, 0.5 - _HUB / 2)},
+                {"spacing": (_HUB / 2, 0, 0), "width": (0, 0.5, 0), "length": (0, 0, 0.5 + _HUB / 2)},
+            )
+        },
         "length",
         {"length": (0, 0, 0.5)},
     )
