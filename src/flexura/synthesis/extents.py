@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -85,11 +85,11 @@ def _needed(rows: Array, low: Array, high: Array) -> list[int]:
 def _corners(topology: Topology, room: Room, values: Mapping[str, float]) -> Array:
     """Corners (n, 3) of limbs and drives in the room, m."""
     found = []
-    for letter, own in zip("abc", topology.patterns, strict=False):
+    for letter, pattern in zip("abc", topology.patterns, strict=False):
+        radius, site = radius_name(letter, pattern), pattern.site
+        own = replace(pattern, site=site._replace(out=values[radius] / site.reach)) if radius else pattern
         sizes = {name: values.get(f"{letter}_{name}", own.held) for name in own.kind.sizes}
-        radius = radius_name(letter, own)
-        posts = posts_at(own, room, np.eye(3), [])
-        found.append(corners_of(own, posts, room, sizes, *([values[radius] / own.site.reach] if radius else [])))
+        found.append(corners_of(own, posts_at(own, room, np.eye(3), []), room, sizes))
     if (drive := topology.drive) is not None:
         sizes = {name: values[f"drive_{name}"] for name in drive.sizes}
         middles, halves = hull_of(drive.amplifier.parts(drive.stack, ""), sizes)

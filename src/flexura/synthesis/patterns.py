@@ -469,11 +469,11 @@ def _extent(room: Room, e: Array) -> float:
         return 2 * float((room.platform[:2] / np.where(np.abs(e[:2]) > ALONG, np.abs(e[:2]), 0.0)).min())
 
 
-def _copies(pattern: Pattern, room: Room, sizes: Sizes, points: Array, radius: float = RADII[0]) -> Array:
+def _copies(pattern: Pattern, room: Room, sizes: Sizes, points: Array) -> Array:
     """Points (n, 3) of a limb, along its axes from its head, in all copies (copies, n, 3), m."""
     axis = np.array([*room.middle[:2], 0.0])
     fixed, drawn = pattern.shift(pattern.lug(room))
-    start = pattern.site.head(room, radius) + fixed - axis
+    start = pattern.site.head(room) + fixed - axis
     return (start + (place(drawn, sizes) + points) @ pattern.axes.T) @ pattern.turns().transpose(0, 2, 1) + axis
 
 
@@ -484,9 +484,9 @@ def lug_of(pattern: Pattern, room: Room) -> tuple[Terms, Array]:
     return kind.face, edge * np.where(large, 2 * BESIDE, 1.0)
 
 
-def corners_of(pattern: Pattern, posts: Sequence[Post], room: Room, sizes: Sizes, radius: float = RADII[0]) -> Array:
-    """Corners (n, 3) of members, blocks, lugs and some posts of all copies, m: linear in the sizes, and in how far from the
-    axis sites below the platform are over their reach."""
+def corners_of(pattern: Pattern, posts: Sequence[Post], room: Room, sizes: Sizes) -> Array:
+    """Corners (n, 3) of members, blocks, lugs and some posts of all copies, m: linear in the sizes, and in how far out
+    the site is."""
     kind = pattern.kind
     nodes = kind.points(sizes)
     found = []
@@ -501,7 +501,7 @@ def corners_of(pattern: Pattern, posts: Sequence[Post], room: Room, sizes: Sizes
         half = (edges + place(longer, sizes)) / 2
         found.append(_between(-half, half) - [0.0, 0.0, half[2]])
     found += [_between(*post.ends(sizes)) @ post.axes.T for post in posts]
-    return _copies(pattern, room, sizes, np.concatenate(found), radius).reshape(-1, 3)
+    return _copies(pattern, room, sizes, np.concatenate(found)).reshape(-1, 3)
 
 
 _SIGNS = tuple(product((-1.0, 1.0), repeat=2))
