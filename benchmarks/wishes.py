@@ -24,6 +24,7 @@ import tempfile
 import time
 from contextlib import suppress
 from dataclasses import dataclass, field
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -33,11 +34,11 @@ from ruamel.yaml import YAML
 import flexura as fx
 from flexura.deadline import time_limit
 from flexura.errors import FlexuraError
-from flexura.full_order import plan_of
+from flexura.full_order import FullOrderModel, plan_of
 from flexura.gallery import entries, entry
-from flexura.mechanism import CATALOGUE, Mechanism
+from flexura.mechanism import CATALOGUE, Mechanism, Motion, Moved, evaluated
 from flexura.modelfile import read_as
-from flexura.structure import solids_of
+from flexura.structure import Plan, solids_of
 from flexura.study.questions import questions
 from flexura.study.requirements import requirements
 from flexura.synthesis import Candidates, Room, WishFile, design, room_of
@@ -48,6 +49,9 @@ TABLE = Path(__file__).parent / "wishes.csv"
 MARKS = ("<!-- against the gallery -->", "<!-- end of against the gallery -->")
 HEAD = ("name", "freedoms", "topologies", "held_by", "met", "asked", "as_good", "gap", "own_gap", "missed", "seconds")
 DOFS = ("x", "y", "z", "rx", "ry", "rz")
+
+SOFT = 1.0
+"""Stiffness, N/m, of stacks that hold nothing: they are what moves the freedoms, and gaps are asked without them."""
 
 MOST_MARGIN = 2.0
 """Margin to yield that is enough."""
@@ -64,7 +68,8 @@ class Wished:
     in the middle of this, as large as gives no smaller inertia about wished axes. It is held at the `base`, and by
     a `frame` where its ground is around it. `values` are of parameters, such as a modulus of the catalogue, `more`,
     kg, what moves and is no body. `soft` are freedoms that are to be no stiffer than its own; `cannot` says what no
-    wish can.
+    wish can. `stacks` push `along` an axis; where they are several the strokes that they give are so much along each
+    freedom, over each other, by `shares`.
     """
 
     body: str
@@ -81,14 +86,18 @@ class Wished:
     more: float = 0.0
     soft: tuple[str, ...] = ()
     cannot: str = ""
+    stacks: tuple[str, ...] = ()
+    along: str = "z"
+    shares: tuple[float, ...] = (1.0,)
 
 
 CENTRE = (0.0, 0.0, 0.0)
 STEEL, TITANIUM, ALUMINIUM = "spring-steel", "Ti-6Al-4V", "Al-6061-T6"
 SILICON = {"modulus": 169e9}
-NO_DRIVES = "its wish has stacks, and is not read off yet"
 
 WISHED = {
+    "bridge": Wished("output", ("z",), process="wire-cut", stacks=("piezo",)),
+    "bridge_lever": Wished("output", ("z",), process="wire-cut", stacks=("piezo",)),
     # a disc in front of its leaves: what is behind it is the base
     "butterfly": Wished("holder", ("ry",), "y+", frame=True, material=TITANIUM, about=CENTRE),
     "cartwheel": Wished("block", ("ry",), process="wire-cut", material=STEEL, about=CENTRE),
@@ -114,6 +123,7 @@ WISHED = {
     ),
     "parallelogram": Wished("stage", ("x",), material=STEEL, own_material=ALUMINIUM),
     "rcm_pivot": Wished("stage", ("ry",), process="wire-cut", about=CENTRE),
+    "rhombic": Wished("output", ("z",), process="wire-cut", material=STEEL, more=0.05, stacks=("piezo",)),
     # where sideways forces do not tilt it
     "rpr": Wished("platform", ("rx", "ry", "z"), process="milled", about=(0.0, 0.0, 0.0231)),
     "serpentine": Wished("plate", ("x", "y", "rz"), process="printed", material="silicon", values=SILICON),
@@ -126,6 +136,16 @@ WISHED = {
         own_material="fused-silica",
         about=CENTRE,
         size=(0.032, 0.009),
+    ),
+    # plate and mirror as one disc
+    "tip_tilt_piston": Wished(
+        "plate",
+        ("rx", "ry", "z"),
+        material="17-4PH",
+        about=CENTRE,
+        size=(0.044, 0.014),
+        stacks=("leg1.stack", "leg2.stack", "leg3.stack"),
+        shares=(1 / 0.015, 1 / 0.015, 1.0),
     ),
     "wire_hexapod": Wished("plate", (), material=STEEL, own_material="Al-7075-T6", about=CENTRE),
     "xy_parallel": Wished("table", ("x", "y"), frame=True, process="wire-cut"),
@@ -144,14 +164,10 @@ WISHED = {
 
 UNTOLD = {
     "bistable": "a wish has no word for a second position",
-    "bridge": NO_DRIVES,
-    "bridge_lever": NO_DRIVES,
-    "gripper": NO_DRIVES,
-    "lever": NO_DRIVES,
-    "rhombic": NO_DRIVES,
-    "scott_russell": NO_DRIVES,
-    "tip_tilt_piston": NO_DRIVES,
-    "xy_theta": NO_DRIVES,
+    "gripper": "a wish has one platform, and it has two fingers that move against each other",
+    "lever": "not read",
+    "scott_russell": "not read",
+    "xy_theta": "not read",
 }
 """Mechanisms of which no wish is read, and why."""
 
@@ -173,9 +189,11 @@ def read_off(name: str) -> Reading:
     plan = plan_of(mechanism)
     model = fx.assemble(plan)
     bars, bodies = solids_of(model)
+    stacks = [_stack(model, own) for own in wished.stacks]
     k = bodies.names.index(wished.platform or wished.body)
     corners = [bodies.pieces(n).reshape(-1, 3) for n in range(len(bodies.names))]
     corners += [bars.pieces(n).reshape(-1, 3) for n in range(len(bars.names))]
+    corners += [own.ends + side for own in stacks for side in own.sides]
     low, high = np.concatenate(corners).min(axis=0), np.concatenate(corners).max(axis=0)
     normal = TURNS[wished.base][:, 2]
     foot = np.where(normal > 0.5, low, np.where(normal < -0.5, high, (low + high) / 2))
@@ -187,7 +205,7 @@ def read_off(name: str) -> Reading:
     about = np.array(wished.about) if wished.about is not None else middle
     material = wished.own_material or wished.material
     moved = [n for n in range(len(bodies.names)) if bodies.clusters[n] == bodies.clusters[k]]
-    whole = _masses(mechanism, bodies)
+    whole = _masses(plan, bodies)
     solid = (
         CATALOGUE[material].rho * float(np.prod(size))
         if not is_round
@@ -206,7 +224,7 @@ def read_off(name: str) -> Reading:
     wish: dict[str, Any] = {
         "freedoms": {"platform": list(wished.freedoms)},
         "about": _lengths(about - foot),
-        "stroke": _stroke(mechanism, wished),
+        "stroke": {},
         "envelope": _lengths(np.ceil((high - low) * 1e9 - 1e-3) * 1e-9),
         "base": {"plane": wished.base} | ({"frame": True} if wished.frame else {}),
         "platform": {
@@ -220,6 +238,11 @@ def read_off(name: str) -> Reading:
     }
     if rest < 1e-6 * float(solid):
         del wish["platform"]["mass"]
+    if stacks:
+        mechanism, wish["stroke"] = _driven(mechanism, wished, about, stacks[0].free_stroke)
+        wish["drives"] = {"kind": "piezo stack", "count": len(stacks), "along": wished.along, **stacks[0].data}
+    else:
+        wish["stroke"] = _stroke(mechanism, wished)
     if not wish["stroke"]:
         del wish["stroke"]
     room = room_of(read_as(WishFile, text_of_wish({"wish": wish}), name).wish)
@@ -238,9 +261,95 @@ def _varied(mechanism: Mechanism, wished: Wished) -> Mechanism:
     return mechanism.replaced({"corrections": "auto", "theory": "rayleigh", "parameters": parameters})
 
 
-def _masses(mechanism: Mechanism, bodies: Any) -> list[float]:
+@dataclass(frozen=True)
+class _Stack:
+    """A piezo stack: its ends (2, 3), m, half its edge, and what its data sheet says."""
+
+    ends: np.ndarray
+    half: float
+    free_stroke: float
+    stiffness: float
+    mass: float
+
+    @property
+    def sides(self) -> np.ndarray:
+        """From its axis to its corners (8, 3), m, those along it too, which are no corners."""
+        across = (self.ends[1] - self.ends[0]) / np.linalg.norm(self.ends[1] - self.ends[0])
+        signs = np.array(list(product((-1.0, 1.0), repeat=3))) * self.half
+        return signs - (signs @ across)[:, None] * across
+
+    @property
+    def data(self) -> dict[str, str]:
+        """Its keys of a wish."""
+        length = float(np.linalg.norm(self.ends[1] - self.ends[0]))
+        return {
+            "free_stroke": f"{1e6 * self.free_stroke:.6g} um",
+            "stiffness": f"{1e-6 * self.stiffness:.6g} N/um",
+            "length": _mm(length),
+            "edge": _mm(2 * self.half),
+            "mass": f"{1e3 * self.mass:.6g} g",
+        }
+
+
+def _stack(model: FullOrderModel, name: str) -> _Stack:
+    """A piezo stack by its name."""
+    mechanism, values = model.plan.mechanism, model.plan.parameter_values()
+    *path, key = name.split(".")
+    part: Any = mechanism
+    if path:
+        (kind,) = (own for own, copies in model.plan.topology.copies.items() if tuple(path) in copies.paths)
+        part = mechanism.substructures[kind]
+    stack = evaluated(part.actuators[key], values)
+    names = list(model.plan.topology.node_names)
+    ends = np.array([model.positions[names.index(".".join((*path, own)))] for own in stack.nodes])
+    return _Stack(ends, stack.section.width / 2, stack.free_stroke, stack.stiffness, stack.mass)
+
+
+def _with_stacks(mechanism: Mechanism, **values: Any) -> Mechanism:
+    """The mechanism with other values of its stacks."""
+
+    def other(part: Any) -> dict[str, Any]:
+        return {"actuators": {key: own.model_copy(update=values) for key, own in part.actuators.items()}}
+
+    parts = {key: own.replaced(other(own)) for key, own in mechanism.substructures.items()}
+    return mechanism.replaced({**other(mechanism), "substructures": parts})
+
+
+def _driven(
+    mechanism: Mechanism, wished: Wished, about: np.ndarray, free_stroke: float
+) -> tuple[Mechanism, dict[str, str]]:
+    """The mechanism led by its stacks through the strokes that these surely give, and these, to either side."""
+    mechanism = _with_stacks(mechanism, gain=None).replaced({"motion": None})
+    asked = _asked_about(mechanism, wished, about)
+    names = [f"coupling({stack}, about.{dof})" for dof in wished.freedoms for stack in wished.stacks]
+    C = questions(plan_of(asked), ", ".join(names)).values({}).value.reshape(len(wished.freedoms), -1)
+    shares = np.linalg.solve(C, np.diag(wished.shares))
+    shares *= free_stroke / 2 / np.abs(shares).sum(axis=1).max()
+    units = ["rad" if dof[0] == "r" else "m" for dof in wished.freedoms]
+    given = [
+        float(
+            _sure(
+                asked,
+                " + ".join(f"({b:.9g} um)*{name}" for b, name in zip(1e6 * own, row, strict=True)) + f" >= 0 {unit}",
+            )
+        )
+        for own, row, unit in zip(shares.T, np.reshape(names, C.shape), units, strict=True)
+    ]
+    ways = np.abs(shares).sum(axis=1) if len(shares) == 1 else shares.sum(axis=1)
+    moved = {
+        stack: Moved(expansion=(free_stroke / 2 - way, free_stroke / 2 + way))
+        for stack, way in zip(wished.stacks, ways, strict=True)
+    }
+    strokes = {
+        dof: f"{1e3 * own:.9g} {'mrad' if dof[0] == 'r' else 'mm'}"
+        for dof, own in zip(wished.freedoms, given, strict=True)
+    }
+    return mechanism.replaced({"motion": Motion(move=moved)}), strokes
+
+
+def _masses(plan: Plan, bodies: Any) -> list[float]:
     """Mass of each body, kg."""
-    found = []
+    found, mechanism, values = [], plan.mechanism, plan.parameter_values()
     for n, label in enumerate(bodies.labels):
         part = mechanism
         *inner, body = label.split(".")
@@ -248,8 +357,7 @@ def _masses(mechanism: Mechanism, bodies: Any) -> list[float]:
             part = mechanism.substructures[key]
         name = part.bodies[body].solid.material
         own = mechanism.materials.get(name) or CATALOGUE[name]
-        rho = own.rho if isinstance(own.rho, float) else 2330.0
-        found.append(rho * bodies.volume(n))
+        found.append(float(evaluated(own, values).rho) * bodies.volume(n))
     return found
 
 
@@ -299,10 +407,7 @@ def _stroke(mechanism: Mechanism, wished: Wished) -> dict[str, str]:
 
 def _reached(mechanism: Mechanism, wished: Wished, about: np.ndarray, room: Room) -> tuple[dict[str, str], float]:
     """Requirements, what the mechanism reaches itself, and its gap."""
-    body = mechanism.bodies[wished.body]
-    bodies = mechanism.bodies | {wished.body: body.replaced({"carries": (*(body.carries or ()), "about")})}
-    nodes = (mechanism.nodes or {}) | {"about": tuple(float(x) for x in about)}
-    mechanism = mechanism.replaced({"bodies": bodies, "nodes": nodes})
+    mechanism = _asked_about(mechanism, wished, about)
     wanted = {"first mode": ("f1", ">=", "Hz")}
     for dof in DOFS:
         unit = "N*m/rad" if dof[0] == "r" else "N/m"
@@ -318,8 +423,20 @@ def _reached(mechanism: Mechanism, wished: Wished, about: np.ndarray, room: Room
             margin = _sure(mechanism, "margin >= 1 over stroke")
             asked["strong"] = f"margin >= {min(float(margin), MOST_MARGIN):g} over stroke"
     pairs = [f"compliance(about.{a}, about.{b})" for i, a in enumerate(DOFS) for b in DOFS[i:]]
-    found = questions(plan_of(mechanism), ", ".join(pairs)).values({}).value
+    found = (
+        questions(plan_of(_with_stacks(mechanism, stiffness=SOFT) if wished.stacks else mechanism), ", ".join(pairs))
+        .values({})
+        .value
+    )
     return asked, float(gap_of(found, room)[0])
+
+
+def _asked_about(mechanism: Mechanism, wished: Wished, about: np.ndarray) -> Mechanism:
+    """The mechanism with the point of the wish as a node of what is moved."""
+    body = mechanism.bodies[wished.body]
+    bodies = mechanism.bodies | {wished.body: body.replaced({"carries": (*(body.carries or ()), "about")})}
+    nodes = (mechanism.nodes or {}) | {"about": tuple(float(x) for x in about)}
+    return mechanism.replaced({"bodies": bodies, "nodes": nodes})
 
 
 def _sure(mechanism: Mechanism, text: str) -> str:
@@ -368,7 +485,7 @@ def compared(name: str, folder: Path, seconds: float, samples: int) -> dict[str,
         return row | {"missed": UNTOLD[name]}
     reading = read_off(name)
     row |= {"own_gap": f"{reading.own_gap:.3g}", "freedoms": " ".join(WISHED[name].freedoms) or "none"}
-    row["asked"] = len(reading.data["requirements"]) + 2
+    row["asked"] = len(reading.data["requirements"]) + 2 + len(WISHED[name].shares) * bool(WISHED[name].stacks)
     folder.mkdir(parents=True, exist_ok=True)
     wish = folder / "wish.yaml"
     wish.write_text(text_of_wish(reading.data), encoding="utf-8")

@@ -40,7 +40,7 @@ def strain_over_stroke(topology: Topology, designs: Mapping[str, Array], wish: W
             head, axes = turn @ (own.site.head(room) - axis) + axis, (turn @ own.axes).T
             moved = axes @ (shift + np.cross(turned, head - room.about))
             strains.append(np.abs(of_twist @ np.concatenate([moved, axes @ turned])).sum(axis=-1).max(axis=0))
-    return np.max(strains, axis=0)
+    return np.max([np.zeros(n), *strains], axis=0)
 
 
 def _strains(own: Pattern, sizes: Mapping[str, Array]) -> Array:

@@ -264,22 +264,22 @@ def _drives(wish: Wish, room: Room) -> tuple[dict[str, Any], dict[str, Any]]:
 
 def _stacks(data: dict[str, Any], drive: Drive, room: Room, material: str) -> list[str]:
     """Add piezo stacks with their amplifiers; what of them the platform carries."""
-    parts = drive.amplifier.parts(drive.stack, material)
+    parts = drive.amplifier.parts(drive.stack, material, drive.sizes, drive.top)
     data["parameters"] |= {
         f"drive_{name}": {"value": _mm(own.value), "minimum": _mm(own.least), "maximum": _mm(own.most)}
         for name, own in drive.sizes.items()
     }
-    tip = "tip"
+    tips = parts.tips
     if drive.lug is not None:
-        tip = "lug"
         low, high = ([ZERO + float(x) for x in corner] for corner in drive.lug)
-        parts.box(tip, low, high, ["tip"], material)
-    data["substructures"] |= substructures(parts, drive.stack, tip)
+        parts.box("lug", low, high, list(tips), material)
+        tips = ("lug",)
+    data["substructures"] |= substructures(parts, drive.stack, tips)
     for k, (head, frame) in enumerate(zip(drive.heads, drive.frames, strict=True)):
         placed = {"at": _point([(None, room.turn @ head)]), "rotate": _rotation(room.turn @ frame)}
         data["instances"][f"drive{k + 1}"] = {"of": "drive", **placed}
     data["ground"] |= {f"drive*.{held}": "clamped" for held in parts.held}
-    return [f"drive*.{tip}"]
+    return [f"drive*.{tip}" for tip in tips]
 
 
 def ends_of(wish: Wish, room: Room) -> list[str]:

@@ -2,9 +2,11 @@
 
 Stacks push at the platform along one axis. Along the normal of the base they stand below the platform, evenly around
 its middle at some azimuth and distance; along another axis they lie beside the platform, or below it at a lug of it.
-Each topology is combined with each way to make their stroke longer that may reach: none, a bridge, a lever. It may
+Each topology is combined with each way to make their stroke longer that may reach: none, a bridge, a rhombus, a lever. It may
 where its ratio, at the first sizes that fit, is at least the way of the platform at the drive over the free stroke. A
-drive is placed where it is first clear of the limbs as these are drawn first, and of what is below their feet.
+drive is placed where it is first clear of the limbs as these are drawn first, and of what is below their feet. Where a
+translation along the drives is all that is free bridges and rhombi may begin at the platform itself, which they then
+hold, beside limbs or alone.
 """
 
 from __future__ import annotations
@@ -18,8 +20,17 @@ import numpy as np
 
 from flexura.arrays import Array
 from flexura.errors import OptionError
-from flexura.synthesis.amplifiers import AMPLIFIERS, Amplifier, Drive, Size, hull_of
-from flexura.synthesis.patterns import ALONG, LEAST_AWAY, obstacles
+from flexura.synthesis.amplifiers import (
+    AMPLIFIERS,
+    BRIDGE_BLOCK,
+    BRIDGE_WIDTH,
+    Amplifier,
+    Drive,
+    Size,
+    Top,
+    hull_of,
+)
+from flexura.synthesis.patterns import ALONG, LEAST_AWAY, Pattern, obstacles
 from flexura.synthesis.topologies import Topology
 from flexura.synthesis.wish import DOFS, ROOM, Room, Stack, Wish
 
@@ -34,6 +45,9 @@ AT_LUGS = (0.6, 0.3, 0.0)
 
 LONGEST_ROD, SHORTEST_ROD = 3.0, 0.8
 """Over the edge of the stack."""
+
+NARROW = 0.35
+"""Half the width of a platform at whose sides arms begin, over the length of the stack, at most."""
 
 AMPLE = 2.0
 """How many times as far as is needed stacks alone have to go for amplifiers not to be listed."""
@@ -51,18 +65,22 @@ class _Stand(NamedTuple):
 
 def driven(listed: Sequence[Topology], room: Room, wish: Wish, thinnest: float) -> list[Topology]:
     """Topologies with each of the amplifiers that may reach what is wished and have a place beside the limbs, as they
-    were listed, the plainest amplifier first. Raises OptionError where there is none, with the reason."""
+    were listed, the plainest amplifier first; before them amplifiers that hold the platform alone. None where there are
+    neither limbs nor amplifiers that do. Raises OptionError where none reaches, with the reason."""
     assert wish.drives is not None
     options, least = _options(room, wish, thinnest)
     if not options:
+        if not listed:
+            return []
         raise OptionError(_nothing_reaches(room, wish, thinnest, least))
+    found = [_alone(drives[0]) for drives in options.values() if drives[0].top is not None]
     far, clear = LEAST_AWAY * room.size, dict[int, dict[str, Array]]()
     for pattern in {id(each): each for own in listed for each in own.patterns}.values():
         points = obstacles(pattern, room, thinnest)
         clear[id(pattern)] = {
-            name: np.array([own.away(points) > far for own in all_]) for name, all_ in options.items()
+            name: np.array([own.away(points) > far and _is_cut_alike(pattern, own, wish) for own in all_])
+            for name, all_ in options.items()
         }
-    found = []
     for own, (name, drives) in product(listed, options.items()):
         places = np.all([clear[id(pattern)][name] for pattern in own.patterns], axis=0)
         if places.any():
@@ -77,6 +95,18 @@ def driven(listed: Sequence[Topology], room: Room, wish: Wish, thinnest: float) 
     return found
 
 
+def _alone(drive: Drive) -> Topology:
+    """Amplifiers that hold the platform by themselves."""
+    return Topology((), 0, drive.name_alone, drive)
+
+
+def _is_cut_alike(pattern: Pattern, drive: Drive, wish: Wish) -> bool:
+    """Whether amplifiers that hold the platform can be cut along one line with the limbs, where all is."""
+    if drive.top is None or wish.make.process != "wire-cut":
+        return True
+    return bool((np.abs(pattern.turns() @ pattern.axes[:, 1] @ drive.frames[0][:, 1]) > 1 - ALONG).all())
+
+
 def _options(room: Room, wish: Wish, thinnest: float) -> tuple[dict[str, list[Drive]], float]:
     """By amplifier, the drives that fit the envelope beside the platform and each other; and the least ratio that is
     needed anywhere. Raises OptionError where so many stacks cannot move what is wished."""
@@ -84,10 +114,11 @@ def _options(room: Room, wish: Wish, thinnest: float) -> tuple[dict[str, list[Dr
     least = np.inf
     for amplifier in AMPLIFIERS:
         for stand in _stands(room, wish, amplifier):
-            drive, needed = _fitted(stand, amplifier, room, wish, thinnest)
-            least = min(least, needed)
-            if drive is not None:
-                options.setdefault(amplifier.name, []).append(drive)
+            for holds in (True, False) if amplifier.holds and _is_straight(room, stand) else (False,):
+                drive, needed = _fitted(stand, amplifier, room, wish, thinnest, holds)
+                least = min(least, needed)
+                if drive is not None:
+                    options.setdefault(f"{amplifier.name} {holds}", []).append(drive)
         if options and AMPLE * least <= 1.0:
             break
     if least == np.inf:
@@ -99,6 +130,12 @@ def _options(room: Room, wish: Wish, thinnest: float) -> tuple[dict[str, list[Dr
             " beside their axes"
         )
     return options, least
+
+
+def _is_straight(room: Room, stand: _Stand) -> bool:
+    """Whether a translation along the drives is all that is free, so that they may hold the platform."""
+    free = room.freedoms.basis
+    return free.shape[1] == 1 and not stand.hangs and abs(free[:3, 0] @ stand.frames[0][:, 2]) > 1 - ALONG
 
 
 def _stands(room: Room, wish: Wish, amplifier: Amplifier) -> Iterator[_Stand]:
@@ -141,28 +178,33 @@ def _below(room: Room, count: int, quarters: int) -> Iterator[_Stand]:
                 yield _Stand(low + share * edge * radial, np.stack([x, np.cross(z, x), z], axis=2), False)
 
 
-def _fitted(stand: _Stand, amplifier: Amplifier, room: Room, wish: Wish, thinnest: float) -> tuple[Drive | None, float]:
+def _fitted(
+    stand: _Stand, amplifier: Amplifier, room: Room, wish: Wish, thinnest: float, holds: bool
+) -> tuple[Drive | None, float]:
     """The plainest drive of a kind at a stand that reaches and fits, and the ratio that is needed there; infinite where
     what is wished cannot be moved from there."""
     assert wish.drives is not None
-    stack, parts = wish.drives.stack, amplifier.parts(wish.drives.stack, "")
+    top = _top(stand, room, wish.drives.stack) if holds else None
+    stack = wish.drives.stack
     rod = SHORTEST_ROD * stack.edge
     drop, least = 0.0, _displacements(stand.heads, stand.frames, room, wish)[1] * 2 / stack.free_stroke
     up = stand.frames[0].T @ [0.0, 0.0, 1.0]
-    for sizes in amplifier.sizes(stack, thinnest, rod, least if np.isfinite(least) else 1.0):
+    for sizes in amplifier.sizes(stack, thinnest, rod, least if np.isfinite(least) else 1.0, top):
         first = {name: own.value for name, own in sizes.items()}
+        parts = amplifier.parts(stack, "", sizes, top)
         middles, halves = hull_of(parts, first)
         if stand.hangs:
             drop = float((middles @ up + halves @ np.abs(up)).max()) + 0.15 * stack.edge
         heads = stand.heads - [0.0, 0.0, drop]
         ways, most = _displacements(heads, stand.frames, room, wish)
         needed = 2 * most / stack.free_stroke
-        if not np.isfinite(needed) or amplifier.ratio(first, stack) < needed:
+        if not np.isfinite(needed) or amplifier.ratio(first, stack, top) < needed:
             return None, needed
-        free = _room_behind(heads, stand.frames, room)
-        longest = float((halves - middles)[:, 2].max())
-        longer = np.clip(rod + free - longest, rod, LONGEST_ROD * stack.edge)
-        sizes |= {"rod": Size(longer, 0.6 * longer, 1.2 * longer)}
+        if top is None:
+            free = _room_behind(heads, stand.frames, room)
+            longest = float((halves - middles)[:, 2].max())
+            longer = np.clip(rod + free - longest, rod, LONGEST_ROD * stack.edge)
+            sizes |= {"rod": Size(longer, 0.6 * longer, 1.2 * longer)}
         shares = parts.sign * ways / most * stack.free_stroke / 2
         lug = _lug(up, drop, stack) if stand.hangs else None
         middles, halves = hull_of(parts, {name: own.value for name, own in sizes.items()})
@@ -170,10 +212,33 @@ def _fitted(stand: _Stand, amplifier: Amplifier, room: Room, wish: Wish, thinnes
             middles = np.concatenate([middles, [(lug[0] + lug[1]) / 2]])
             halves = np.concatenate([halves, [(lug[1] - lug[0]) / 2]])
         where = heads, stand.frames, lug, (middles, halves)
-        drive = Drive(amplifier.name, stack, sizes, *where, tuple(_strokes(wish)), shares, needed)
+        drive = Drive(amplifier.name, stack, sizes, *where, tuple(_strokes(wish)), shares, needed, top)
         if _fits(drive, room):
             return drive, needed
     return None, least
+
+
+def _top(stand: _Stand, room: Room, stack: Stack) -> Top:
+    """What arms at the platform begin at: its sides, where it is a narrow box along the stack, or a block below it."""
+    x, y, z = stand.frames[0].T
+    below = _room_behind(stand.heads, stand.frames, room)
+    beside, deep = (_clear(room, stand.heads, stand.frames[:, :, k]) for k in (0, 1))
+    half, wide = (float(room.platform @ np.abs(own)) for own in (x, y))
+    e = stack.edge
+    block = float(np.clip(beside - stack.length / 2, 0.6 * BRIDGE_BLOCK * e, 1.2 * BRIDGE_BLOCK * e))
+    is_upright, lies_along = abs(z[2]) > 1 - ALONG, max(abs(x[:2])) > 1 - ALONG
+    in_middle = np.abs((stand.heads - room.middle)[:, :2]).max() < ALONG * room.size
+    if room.shape == "box" and is_upright and lies_along and in_middle and half < NARROW * stack.length:
+        return Top(half, 2 * float(room.platform[2]), min(2 * wide, 2 * deep), below, beside, block)
+    return Top(BRIDGE_WIDTH * e / 2, 0.0, 2 * deep, below, beside, block)
+
+
+def _clear(room: Room, heads: Array, ways: Array) -> float:
+    """How far it is to the envelope from heads (n, 3) to both sides along ways (n, 3), m."""
+    p = heads - [0.0, 0.0, room.half[2]]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        far = np.where(np.abs(ways) > ALONG, (room.half - np.abs(p)) / np.abs(ways), np.inf)
+    return float(far.min())
 
 
 def _displacements(heads: Array, frames: Array, room: Room, wish: Wish) -> tuple[Array, float]:
@@ -232,7 +297,11 @@ def _nothing_reaches(room: Room, wish: Wish, thinnest: float, least: float) -> s
             middle = (low + high) / 2
             scaled = _scaled(wish, float(np.exp(middle)) / least)
             stands = _stands(room, wish, amplifier)
-            fits = any(_fitted(own, amplifier, room, scaled, thinnest)[0] is not None for own in stands)
+            fits = any(
+                _fitted(own, amplifier, room, scaled, thinnest, holds)[0] is not None
+                for own in stands
+                for holds in ((True, False) if amplifier.holds and _is_straight(room, own) else (False,))
+            )
             low, high = (middle, high) if fits else (low, middle)
         gives.append(
             f"a {amplifier.name} gives {np.exp(low):.2g} at most" if low else f"a {amplifier.name} has no room"
@@ -265,7 +334,7 @@ def reach(drive: Drive, wish: Wish) -> dict[str, str]:
     found = {}
     for k, (name, stroke) in enumerate(_strokes(wish).items()):
         rows = [_moved(drive.shares[:, j], name) for j in range(len(drive.names))]
-        text = " - ".join([rows[k], *(f"abs({row.removeprefix('-')})" for j, row in enumerate(rows) if j != k)])
+        text = " - ".join([rows[k], *(f"abs({row})" for j, row in enumerate(rows) if j != k)])
         asked = f"{1e3 * stroke:.6g} mrad" if name[0] == "r" else f"{1e6 * stroke:.6g} um"
         found["reach" if len(_strokes(wish)) == 1 else f"reach {name}"] = f"{text} >= {asked}"
     return found

@@ -66,9 +66,10 @@ class AtRest:
 
     def gaps(self, own: Topology, plan: Plan, designs: Mapping[str, Array], poses: Sequence[str] = ()) -> Array:
         """The least gap (n,) of designs of a topology at rest and at some poses, without its stacks, as these are what
-        moves the freedoms."""
+        moves the freedoms, and without amplifiers that do not hold the platform."""
         if own.drive is not None:
-            plan = plan_of(with_rigid_bodies(draft(replace(own, drive=None), self.file, self.room, "draft")))
+            holds = own.drive.without_force if own.drive.top is not None else None
+            plan = plan_of(with_rigid_bodies(draft(replace(own, drive=holds), self.file, self.room, "draft")))
             designs = {name: designs[name] for name in plan.mechanism.parameters}
         asked = [[name + at for name in COMPLIANCES] for at in ("", *(f" at {pose}" for pose in poses))]
         return np.min([gap_of(questions(plan, each).values(designs).value, self.room) for each in asked], axis=0)

@@ -79,10 +79,10 @@ def design(
     _sane(room)
     report(Progress("topologies"))
     listed = topologies(room, file.wish.make.process, si(file.wish.make.thinnest))
-    if not listed:
-        raise OptionError(_nothing(file, room))
     if file.wish.drives is not None and file.wish.drives.is_stacks:
         listed = driven(listed, room, file.wish, si(file.wish.make.thinnest))
+    if not listed:
+        raise OptionError(_nothing(file, room))
     described_relations(plan_of(draft(listed[0], file, room, file.name)))  # what cannot be asked is told before
     chosen = (with_stout_posts(own, room, si(file.wish.make.thinnest)) for own in listed[:most])
     work = AtRest(file, room, tuple(chosen), samples)
@@ -209,7 +209,7 @@ class _Written:
         turns = list[tuple[int, Judged]]()
         for own in self.ranked:
             of = self.work.listed[own.number]
-            limbs = (of.drive and of.drive.kind, *((p.kind.name, p.count) for p in of.patterns))
+            limbs = (of.drive and of.drive.name, *((p.kind.name, p.count) for p in of.patterns))
             places[limbs] = place = places.get(limbs, 0) + 1
             turns.append((place, own))
         return [own for _, own in sorted(turns, key=lambda turn: turn[0])]
