@@ -137,13 +137,13 @@ WISHED = {
         about=CENTRE,
         size=(0.032, 0.009),
     ),
-    # plate and mirror as one disc
+    # plate and mirror as one disc of the plate's steel, as heavy and with as large a moment of inertia
     "tip_tilt_piston": Wished(
         "plate",
         ("rx", "ry", "z"),
         material="17-4PH",
         about=CENTRE,
-        size=(0.044, 0.014),
+        size=(0.044, 0.0086),
         stacks=("leg1.stack", "leg2.stack", "leg3.stack"),
         shares=(1 / 0.015, 1 / 0.015, 1.0),
     ),

@@ -34,6 +34,9 @@ LEAST_RATIO = 2.0
 SHORTEST_LEAF = 0.16
 """Length of the leaves of a bridge over their width, where the stack leaves room: shorter ones were not measured."""
 
+THICKEST_NECK = 0.5
+"""Diameter of necks over the edge of the stack, at most."""
+
 NECK_SHARE = 0.15
 """Length of the necks of a rod, over that of the rod."""
 
@@ -312,7 +315,7 @@ def _own(value: float, least: float, most: float) -> Size:
 
 def _common(stack: Stack, thinnest: float, rod: float) -> dict[str, Size]:
     neck = max(1.2 * thinnest, 0.12 * stack.edge)
-    return {"rod": _own(rod, 0.6, 1.2), "neck": Size(neck, thinnest, 2.5 * neck)}
+    return {"rod": _own(rod, 0.6, 1.2), "neck": Size(neck, thinnest, max(2.5 * neck, THICKEST_NECK * stack.edge))}
 
 
 def _half_of(stack: Stack, top: Top | None) -> float:
@@ -425,7 +428,7 @@ def _at_platform(sizes: dict[str, Size], stack: Stack, top: Top, is_straight: bo
             break
     else:
         return {}
-    most = min(most, offset.most)
+    most = min((most + 1.2 * offset.value) / 2, offset.most)
     highest = top.below + rise - 2 * (most + over)  # of the lower root
     lowest = max(2 * thick, highest - 2 * e)
     deepest = min(top.deep, 3 * e if is_straight else sizes["leaf"].least / SHORTEST_LEAF)

@@ -40,6 +40,9 @@ DISTANCES = (0.7, 0.85, 0.5)
 AZIMUTHS = 24
 """Steps of a turn."""
 
+SPENT = 0.95
+"""Of the stroke of stacks at a distance at which they alone reach; model errors take the rest."""
+
 AT_LUGS = (0.6, 0.3, 0.0)
 """How far lugs below the platform are from its middle towards where drives push, over the way to its edge."""
 
@@ -147,7 +150,7 @@ def _stands(room: Room, wish: Wish, amplifier: Amplifier) -> Iterator[_Stand]:
     a = room.turn.T @ np.eye(3)["xyz".index(wanted.along)]
     quarters = 2 if amplifier.is_mirrored else 4
     if abs(a[2]) > 1 - ALONG:
-        yield from _below(room, wanted.count, quarters)
+        yield from _below(room, wish, wanted.count, quarters)
         return
     b = np.cross(up, a)
     across, shares = (np.linspace(-1.0, 1.0, wanted.count), DISTANCES) if wanted.count > 1 else (np.zeros(1), (0.0,))
@@ -163,19 +166,32 @@ def _stands(room: Room, wish: Wish, amplifier: Amplifier) -> Iterator[_Stand]:
                 yield _Stand((low if hangs else room.middle) + way, np.tile(frame, (wanted.count, 1, 1)), hangs)
 
 
-def _below(room: Room, count: int, quarters: int) -> Iterator[_Stand]:
-    """Upright ones, evenly around the middle."""
+def _below(room: Room, wish: Wish, count: int, quarters: int) -> Iterator[_Stand]:
+    """Upright ones, evenly around the middle: first as far from it as stacks alone reach, the stiffer against tilts."""
     low = np.array([*room.middle[:2], room.middle[2] - room.platform[2]])
     edge = float(room.platform[:2].min())
-    for share in (0.0, *DISTANCES) if count == 1 else DISTANCES:
-        for n in range(AZIMUTHS // count if share else AZIMUTHS // 2):
+    for share in (0.0, None, *DISTANCES) if count == 1 else (None, *DISTANCES):
+        for n in range(AZIMUTHS // 2 if share == 0.0 else AZIMUTHS // count):
             angles = 2 * np.pi * (n / AZIMUTHS + np.arange(count) / count)
-            radial = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
-            for k in range(quarters if share else 1):
+            radial = edge * np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
+            away = share if share is not None else _reaching(low, radial, room, wish)
+            for k in range(1 if away == 0.0 else quarters if away < 1 - ALONG else 0):
                 turned = angles + np.pi / 2 * (k + 1)
                 x = np.stack([np.cos(turned), np.sin(turned), 0 * angles], axis=1)
                 z = np.tile([0.0, 0.0, 1.0], (count, 1))
-                yield _Stand(low + share * edge * radial, np.stack([x, np.cross(z, x), z], axis=2), False)
+                yield _Stand(low + away * radial, np.stack([x, np.cross(z, x), z], axis=2), False)
+
+
+def _reaching(low: Array, radial: Array, room: Room, wish: Wish) -> float:
+    """How far from a point (3,) along ways (n, 3) stacks alone reach, with `SPENT` of their stroke; infinite where that
+    does not matter."""
+    assert wish.drives is not None
+    frames = np.tile(np.eye(3), (len(radial), 1, 1))
+    near, far = (_displacements(low + away * radial, frames, room, wish)[1] for away in (0.5, 1.0))
+    way = SPENT * wish.drives.stack.free_stroke / 2
+    if not np.isfinite(near + far) or far - near < ALONG * far or not near - (far - near) < way:
+        return np.inf
+    return 0.5 + 0.5 * (way - near) / (far - near)
 
 
 def _fitted(
