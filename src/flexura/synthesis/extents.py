@@ -92,7 +92,7 @@ def _corners(topology: Topology, room: Room, values: Mapping[str, float]) -> Arr
         found.append(corners_of(own, posts_at(own, room, np.eye(3), []), room, sizes))
     if (drive := topology.drive) is not None:
         sizes = {name: values[f"drive_{name}"] for name in drive.sizes}
-        middles, halves = hull_of(drive.amplifier.parts(drive.stack, ""), sizes)
+        middles, halves = hull_of(drive.amplifier.parts(drive.stack, "", drive.sizes, drive.top), sizes)
         local = (middles[:, None] + _SIGNS * halves[:, None]).reshape(-1, 3)
         found.append((local @ drive.frames.transpose(0, 2, 1) + drive.heads[:, None]).reshape(-1, 3))
     return np.concatenate(found)
