@@ -42,7 +42,8 @@ from flexura.structure import Plan, solids_of
 from flexura.study.questions import questions
 from flexura.study.requirements import requirements
 from flexura.synthesis import Candidates, Room, WishFile, design, room_of
-from flexura.synthesis.screening import gap_of
+from flexura.synthesis.drafts import ends_of
+from flexura.synthesis.screening import COMPLIANCES, gap_of
 from flexura.synthesis.wish import LEAST_GAP, TURNS
 
 TABLE = Path(__file__).parent / "wishes.csv"
@@ -245,8 +246,8 @@ def read_off(name: str) -> Reading:
         wish["stroke"] = _stroke(mechanism, wished)
     if not wish["stroke"]:
         del wish["stroke"]
-    room = room_of(read_as(WishFile, text_of_wish({"wish": wish}), name).wish)
-    asked, gap = _reached(mechanism, wished, about, room)
+    read = read_as(WishFile, text_of_wish({"wish": wish}), name).wish
+    asked, gap = _reached(mechanism, wished, about, room_of(read), ends_of(read, room_of(read)))
     if gap < LEAST_GAP:
         wish["gap"] = float(_down(gap))
     return Reading({"name": name, "wish": wish, "requirements": asked}, gap, inertia)
@@ -405,8 +406,11 @@ def _stroke(mechanism: Mechanism, wished: Wished) -> dict[str, str]:
     return found
 
 
-def _reached(mechanism: Mechanism, wished: Wished, about: np.ndarray, room: Room) -> tuple[dict[str, str], float]:
-    """Requirements, what the mechanism reaches itself, and its gap."""
+def _reached(
+    mechanism: Mechanism, wished: Wished, about: np.ndarray, room: Room, ends: list[str]
+) -> tuple[dict[str, str], float]:
+    """Requirements, what the mechanism reaches itself, and its gap, the least at rest and at the ends of its stroke, as
+    that of designs."""
     mechanism = _asked_about(mechanism, wished, about)
     wanted = {"first mode": ("f1", ">=", "Hz")}
     for dof in DOFS:
@@ -422,13 +426,10 @@ def _reached(mechanism: Mechanism, wished: Wished, about: np.ndarray, room: Room
         with suppress(FlexuraError):  # where no pose is found
             margin = _sure(mechanism, "margin >= 1 over stroke")
             asked["strong"] = f"margin >= {min(float(margin), MOST_MARGIN):g} over stroke"
-    pairs = [f"compliance(about.{a}, about.{b})" for i, a in enumerate(DOFS) for b in DOFS[i:]]
-    found = (
-        questions(plan_of(_with_stacks(mechanism, stiffness=SOFT) if wished.stacks else mechanism), ", ".join(pairs))
-        .values({})
-        .value
-    )
-    return asked, float(gap_of(found, room)[0])
+    plan = plan_of(_with_stacks(mechanism, stiffness=SOFT) if wished.stacks else mechanism)
+    states = [[name + at for name in COMPLIANCES] for at in ("", *(f" at {pose}" for pose in ends))]
+    gaps = [gap_of(questions(plan, each).values({}).value, room) for each in states]
+    return asked, float(np.nanmin(gaps))
 
 
 def _asked_about(mechanism: Mechanism, wished: Wished, about: np.ndarray) -> Mechanism:

@@ -294,7 +294,7 @@ THICKNESS = Limit(1.0, 4.0, "thinnest", 1 / 8)
 DIAMETER = Limit(1.0, 6.0, "thinnest", 1 / 8)
 WEB = Limit(1.0, 4.0, "thinnest")
 RADIUS = Limit(2.0, 12.0, "thinnest")
-SMALL = Limit(2.0, 12.0, "thinnest", 0.06)
+SMALL = Limit(2.0, 12.0, "thinnest", 0.1)
 """Radius of one of several notches."""
 
 _ALONG: Terms = {"length": (0, 0, 1)}

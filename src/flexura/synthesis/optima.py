@@ -19,8 +19,8 @@ from flexura.study.requirements import Requirement, requirements
 from flexura.synthesis.drafts import draft, ends_of, with_values
 from flexura.synthesis.extents import beyond_envelope, extents_of
 from flexura.synthesis.result import Candidate, freedoms_in_short, margin_of
-from flexura.synthesis.screening import AtRest, bases_of, clashes_of
-from flexura.synthesis.wish import DOFS, Room, Wish
+from flexura.synthesis.screening import COMPLIANCES, AtRest, bases_of, clashes_of, matrices_of
+from flexura.synthesis.wish import DOFS, Room
 
 SPARE = 0.02
 """What optima are to have to spare, over the limits, beyond what bodies that bend and model errors take."""
@@ -146,7 +146,7 @@ class Optima:
         left_out = set[str]() if every else self._ample(own)
         limits = [with_spare(stiff, bending, of.value) for bending, of in pairs if bending.name not in left_out]
         if self.at_rest.listed[own.number].drive is None:  # stacks are stiff in what is free
-            limits += _apart(self.at_rest.file.wish, self.at_rest.room)
+            limits += _apart(stiff, own.candidate.gap, self.at_rest.file.wish.gap, self.at_rest.room)
         limits += extents_of(self.at_rest.listed[own.number], self.at_rest.room, stiff).limits()
         found, ended = climbed(stiff, maximise="f1", subject_to=limits, accuracy=ACCURACY, seconds=max(seconds, 1.0))
         return np.array([found[name] for name in stiff.parameters]), ended
@@ -171,11 +171,16 @@ def with_spare(rigid: Mechanism, own: Requirement, promised: float) -> str:
     return f"{sides[0]} {sign} {sides[1]}{''.join(where)}"
 
 
-def _apart(wish: Wish, room: Room) -> list[str]:
-    """That each freedom is so many times as compliant as each constraint."""
+def _apart(rigid: Mechanism, gap: float, least: float, room: Room) -> list[str]:
+    """That each freedom is so many times as compliant as each constraint, along principal directions of a design
+    with rigid bodies; and by as many times more as its `gap` is less than what that promises."""
     free, rest, scale = bases_of(room)
-    soft, stiff = ([_compliance(own * scale) for own in basis.T] for basis in (free, rest))
-    return [f"{a} >= {wish.gap * (1 + 2 * SPARE):g}*({b})" for a in soft for b in stiff]
+    C = matrices_of(questions(plan_of(rigid), COMPLIANCES).values({}).value)[0] * scale[:, None] * scale
+    (soft, R), (stiff, S) = (np.linalg.eigh(basis.T @ C @ basis) for basis in (free, rest))
+    taken = soft.min(initial=np.inf) / stiff.max(initial=0.0) / gap
+    most = least * (1 + SPARE) * (float(np.clip(taken, 1.0, 1 / MOST_TAKEN)) if np.isfinite(taken) else 1.0)
+    a, b = ([_compliance(own * scale) for own in basis.T] for basis in (free @ R, rest @ S))
+    return [f"{one} >= {most:g}*({other})" for one in a for other in b]
 
 
 def _compliance(v: Array) -> str:

@@ -171,17 +171,22 @@ def gap_of(compliances: Array, room: Room) -> Array:
     """How many times as compliant the stiffest wished freedom is as the softest of what is not wished (n,), of
     designs with compliances (n, 21) of the point of the wish, rotations counted at a quarter of the larger edge of the
     envelope; infinite where nothing is wished."""
-    C = np.zeros((len(compliances), 6, 6))
-    for (i, j), own in zip(_AT, compliances.T, strict=True):
-        C[:, i, j] = C[:, j, i] = own
     free, rest, scale = bases_of(room)
-    C = C * scale[:, None] * scale
+    C = matrices_of(compliances) * scale[:, None] * scale
     bad = ~np.isfinite(C).all(axis=(1, 2))
     C[bad] = 0.0
     softest = np.linalg.eigvalsh(rest.T @ C @ rest)[:, -1] if rest.size else np.zeros(len(C))
     stiffest = np.linalg.eigvalsh(free.T @ C @ free)[:, 0] if free.size else np.full(len(C), np.inf)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(bad, np.nan, stiffest / np.maximum(softest, 1e-300))
+
+
+def matrices_of(compliances: Array) -> Array:
+    """Compliances (n, 21) as matrices (n, 6, 6)."""
+    C = np.zeros((len(compliances), 6, 6))
+    for (i, j), own in zip(_AT, compliances.T, strict=True):
+        C[:, i, j] = C[:, j, i] = own
+    return C
 
 
 def bases_of(room: Room) -> tuple[Array, Array, Array]:
