@@ -16,6 +16,7 @@ from flexura.mechanism import Mechanism, with_rigid_bodies
 from flexura.study.optimum import climbed
 from flexura.study.questions import questions, relation
 from flexura.study.requirements import Requirement, requirements
+from flexura.synthesis.amplifiers import Drive
 from flexura.synthesis.drafts import draft, ends_of, with_values
 from flexura.synthesis.extents import beyond_envelope, extents_of
 from flexura.synthesis.result import Candidate, freedoms_in_short, margin_of
@@ -112,21 +113,20 @@ class Optima:
 
     def __call__(self, number: int) -> dict[str, Array]:
         """The optimum from a design. Where what bodies that bend and model errors take is another there, limits are
-        moved anew, and the search goes on from the best so far. What is amply met over the stroke, which takes the most
-        time, is asked of what comes out alone, until that leads to nothing better."""
-        best, ended, end, every = self.begun[number], True, time.monotonic() + SECONDS, False
+        moved anew, and the search goes on from there. What is amply met over the stroke, which takes the most time, is
+        asked of what comes out alone."""
+        best = last = self.begun[number]
+        ended, end = True, time.monotonic() + SECONDS
         for _ in range(ROUNDS):
             try:
-                values, ended = self._from(best, end - time.monotonic(), every)
-                found = judged(self.at_rest, best.number, values)
+                values, ended = self._from(last, end - time.monotonic())
+                last = judged(self.at_rest, best.number, values)
             except FlexuraError:
                 break
-            if found.rank < best.rank:
-                best = found
-            elif every or not self._ample(best):
+            if last.rank < best.rank:
+                best = last
+            elif best.candidate.meets_all:
                 break
-            else:
-                every = True
             if not ended:
                 break
         sizes = [float(own.value) for own in best.mechanism.parameters.values()]  # type: ignore[arg-type]
@@ -137,16 +137,19 @@ class Optima:
         """Names of requirements over strokes that are amply met."""
         return {each.name for each in own.candidate.requirements if " over " in each.text and margin_of(each) > AMPLE}
 
-    def _from(self, own: Judged, seconds: float, every: bool) -> tuple[Array, bool]:
-        """Where a search from a design leads to, within every requirement or but for those that are amply met over the
-        stroke, and whether it came to its end. Raises FlexuraError."""
+    def _from(self, own: Judged, seconds: float) -> tuple[Array, bool]:
+        """Where a search from a design leads to, within what is required but for what is amply met over the stroke,
+        and whether it came to its end. Raises FlexuraError."""
         stiff = with_rigid_bodies(own.mechanism)
         rigid = requirements(stiff).requirements if stiff.requirements else ()
         pairs = zip(own.candidate.requirements, rigid, strict=True)
-        left_out = set[str]() if every else self._ample(own)
+        left_out = self._ample(own)
         limits = [with_spare(stiff, bending, of.value) for bending, of in pairs if bending.name not in left_out]
-        if self.at_rest.listed[own.number].drive is None:  # stacks are stiff in what is free
+        drive = self.at_rest.listed[own.number].drive
+        if drive is None:
             limits += _apart(stiff, own.candidate.gap, self.at_rest.file.wish.gap, self.at_rest.room)
+        elif drive.top is not None and len(drive.heads) == 1:
+            limits += _apart_of_held(drive, own, self.at_rest, stiff)
         limits += extents_of(self.at_rest.listed[own.number], self.at_rest.room, stiff).limits()
         found, ended = climbed(stiff, maximise="f1", subject_to=limits, accuracy=ACCURACY, seconds=max(seconds, 1.0))
         return np.array([found[name] for name in stiff.parameters]), ended
@@ -181,6 +184,24 @@ def _apart(rigid: Mechanism, gap: float, least: float, room: Room) -> list[str]:
     most = least * (1 + SPARE) * (float(np.clip(taken, 1.0, 1 / MOST_TAKEN)) if np.isfinite(taken) else 1.0)
     a, b = ([_compliance(own * scale) for own in basis.T] for basis in (free @ R, rest @ S))
     return [f"{one} >= {most:g}*({other})" for one in a for other in b]
+
+
+def _apart_of_held(drive: Drive, own: Judged, of: AtRest, stiff: Mechanism) -> list[str]:
+    """The same of an amplifier that holds the platform, without its stack of stiffness k: with it a unit of expansion
+    moves the platform by c and makes the stack longer by e, c over the amplification, so that without it the freedom is
+    more compliant by c^2 / (k (1 - e)) (springs in parallel). What that leaves out, as stacks bend, is taken to be as
+    large as it is in a design whose gap is known."""
+    wish = of.file.wish
+    assert wish.drives is not None
+    to = f"about.{wish.drives.along}"
+    c, e = f"coupling(drive1.stack, {to})", f"coupling(drive1.stack, {to})/amplification(drive1.stack, {to})"
+    soft = f"compliance({to}) + ({c})*({c})/(({drive.stack.stiffness:.9g} N/m)*(1 - {e}))"
+    free, rest, scale = bases_of(of.room)
+    constraints = [_compliance(own * scale) for own in rest.T]
+    pairs = [relation(stiff, f"{soft} >= {own}") for own in constraints]
+    least = min(float(own.left.values({})[0] / own.right.values({})[0]) for own in pairs)
+    gap = wish.gap * (1 + 2 * SPARE) * least / own.candidate.gap
+    return [f"{soft} >= {gap:.6g}*({own})" for own in constraints] if np.isfinite(gap) else []
 
 
 def _compliance(v: Array) -> str:
