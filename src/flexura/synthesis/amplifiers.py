@@ -107,10 +107,10 @@ class Size(NamedTuple):
 
 
 class Top(NamedTuple):
-    """Where arms begin at the platform, whose lower face the tip is in: `half` the width of what they begin at, m, the
-    platform itself at its sides, which is `tall`, or, with a height of zero, a block below it. There is room for a
-    depth of `deep` m, `below` m down to the base, and `beside` m along the stack from the middle on, of which the blocks
-    at its ends take `block`."""
+    """Where arms begin at the platform, whose lower face the tip is in: `half` the width of what they begin at, m,
+    the platform itself at its sides, which is `tall`, or, with a height of zero, a block below it. There is room
+    for a depth of `deep` m, `below` m down to the base, and `beside` m along the stack from the middle on, of which
+    the blocks at its ends take `block`."""
 
     half: float
     tall: float

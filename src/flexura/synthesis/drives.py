@@ -2,11 +2,11 @@
 
 Stacks push at the platform along one axis. Along the normal of the base they stand below the platform, evenly around
 its middle at some azimuth and distance; along another axis they lie beside the platform, or below it at a lug of it.
-Each topology is combined with each way to make their stroke longer that may reach: none, a bridge, a rhombus, a lever. It may
-where its ratio, at the first sizes that fit, is at least the way of the platform at the drive over the free stroke. A
-drive is placed where it is first clear of the limbs as these are drawn first, and of what is below their feet. Where a
-translation along the drives is all that is free bridges and rhombi may begin at the platform itself, which they then
-hold, beside limbs or alone.
+Each topology is combined with each way to make their stroke longer that may reach: none, a bridge, a rhombus, a lever.
+It may where its ratio, at the first sizes that fit, is at least the way of the platform at the drive over the free
+stroke. A drive is placed where it is first clear of the limbs as these are drawn first, and of what is below their
+feet. Where a translation along the drives is all that is free bridges and rhombi may begin at the platform itself,
+which they then hold, beside limbs or alone.
 """
 
 from __future__ import annotations

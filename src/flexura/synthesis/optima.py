@@ -196,7 +196,7 @@ def _apart_of_held(drive: Drive, own: Judged, of: AtRest, stiff: Mechanism) -> l
     to = f"about.{wish.drives.along}"
     c, e = f"coupling(drive1.stack, {to})", f"coupling(drive1.stack, {to})/amplification(drive1.stack, {to})"
     soft = f"compliance({to}) + ({c})*({c})/(({drive.stack.stiffness:.9g} N/m)*(1 - {e}))"
-    free, rest, scale = bases_of(of.room)
+    _, rest, scale = bases_of(of.room)
     constraints = [_compliance(own * scale) for own in rest.T]
     pairs = [relation(stiff, f"{soft} >= {own}") for own in constraints]
     least = min(float(own.left.values({})[0] / own.right.values({})[0]) for own in pairs)
