@@ -289,8 +289,8 @@ class Wish(Wished):
     """A wish, before there is a mechanism."""
 
     freedoms: WishedFreedoms
-    about: Vector = (0.0, 0.0, 0.0)
-    """The point that rotations pass through."""
+    about: Vector | None = None
+    """The point that rotations pass through; by default the middle of the platform."""
     stroke: Annotated[dict[Name, Amount], BeforeValidator(_by_dof)] = {}
     """How far to either side, by freedom, all at once."""
     envelope: tuple[PositiveLength, PositiveLength, PositiveLength]
@@ -313,7 +313,7 @@ class Wish(Wished):
                 f"webs of {1e3 * si(self.make.thinnest):g} mm are thicker than half the envelope",
                 f"it is {1e3 * second:g} mm along its second smallest edge",
             )
-        arm = np.abs(turn.T @ size)[2] / 2 * turn[:, 2] - np.array(self.about, dtype=float)
+        arm = np.abs(turn.T @ size)[2] / 2 * turn[:, 2] - self.centre
         for name, own in self.stroke.items():
             if name not in self.twists:
                 raise refuse(f"a stroke along {name}, which is no freedom", f"freedoms: {', '.join(self.twists)}")
@@ -333,9 +333,32 @@ class Wish(Wished):
         return self
 
     @property
+    def place(self) -> tuple[Array, Array]:
+        """Half edges (3,) of the platform and its middle (3,), along axes of which the base is the plane z = 0, m."""
+        turn, own = TURNS[self.base.plane], self.platform
+        half = np.abs(turn.T @ np.array(self.envelope, dtype=float)) / 2
+        if own.size is None:
+            across = np.array([0.6 * half[:2].min()] * 2) if own.shape == "cylinder" else 0.6 * half[:2]
+            edges = np.array([*across, 0.2 * half[2]])
+        elif own.shape == "cylinder":
+            edges = np.array([own.size[0], own.size[0], own.size[1]], dtype=float) / 2
+        else:
+            edges = np.abs(turn.T @ np.array(own.size, dtype=float)) / 2
+        if own.at is not None:
+            return edges, turn.T @ np.array(own.at, dtype=float)
+        return edges, np.array([0.0, 0.0, 2 * half[2] - edges[2]])
+
+    @property
+    def centre(self) -> Array:
+        """The point (3,) that rotations pass through, m."""
+        if self.about is None:
+            return TURNS[self.base.plane] @ self.place[1]
+        return np.array(self.about, dtype=float)
+
+    @property
     def twists(self) -> dict[str, Array]:
         """The wished freedoms by name, each as the motion (6,) of the point of the wish by one metre or radian."""
-        about = np.array(self.about, dtype=float)
+        about = self.centre
         dofs = {name: np.eye(6)[DOFS.index(name)] for name in self.freedoms.platform or ()}
         return dofs | {name: own.twist(about) for name, own in self.freedoms.screws.items()}
 
@@ -425,25 +448,23 @@ TURNS: dict[str, Array] = {
 
 
 def room_of(wish: Wish) -> Room:
-    """The room of a wish. Raises ModelError where the platform is not in the envelope."""
+    """The room of a wish."""
     turn = TURNS[wish.base.plane]
     half = np.abs(turn.T @ np.array(wish.envelope, dtype=float)) / 2
-    own = wish.platform
-    if own.size is None:
-        across = np.array([0.6 * half[:2].min()] * 2) if own.shape == "cylinder" else 0.6 * half[:2]
-        platform = np.array([*across, 0.2 * half[2]])
-    elif own.shape == "cylinder":
-        platform = np.array([own.size[0], own.size[0], own.size[1]], dtype=float) / 2
-    else:
-        platform = np.abs(turn.T @ np.array(own.size, dtype=float)) / 2
-    middle = np.array([0.0, 0.0, 2 * half[2] - platform[2]])
-    if own.at is not None:
-        middle = turn.T @ np.array(own.at, dtype=float)
-    about = turn.T @ np.array(wish.about, dtype=float)
+    platform, middle = wish.place
+    about = turn.T @ wish.centre
     length = float(half.max())
     clear = float(np.abs(wish.stroke_twist[:3]).max())
     return Room(
-        turn, half, own.shape, platform, middle, about, _freedoms(wish, turn, about, length), clear, wish.base.frame
+        turn,
+        half,
+        wish.platform.shape,
+        platform,
+        middle,
+        about,
+        _freedoms(wish, turn, about, length),
+        clear,
+        wish.base.frame,
     )
 
 
