@@ -428,8 +428,8 @@ def _reached(
             asked["strong"] = f"margin >= {min(float(margin), MOST_MARGIN):g} over stroke"
     plan = plan_of(_with_stacks(mechanism, stiffness=SOFT) if wished.stacks else mechanism)
     states = [[name + at for name in COMPLIANCES] for at in ("", *(f" at {pose}" for pose in ends))]
-    gaps = [gap_of(questions(plan, each).values({}).value, room) for each in states]
-    return asked, float(np.nanmin(gaps))
+    gaps = [float(gap_of(questions(plan, each).values({}).value, room)[0]) for each in states]
+    return asked, min(own for own in gaps if own > 0)  # of those that are known
 
 
 def _asked_about(mechanism: Mechanism, wished: Wished, about: np.ndarray) -> Mechanism:
