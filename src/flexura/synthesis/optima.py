@@ -147,7 +147,7 @@ class Optima:
         limits = [with_spare(stiff, bending, of.value) for bending, of in pairs if bending.name not in left_out]
         drive = self.at_rest.listed[own.number].drive
         if drive is None:
-            limits += _apart(stiff, own.candidate.gap, self.at_rest.file.wish.gap, self.at_rest.room)
+            limits += apart(stiff, own.candidate.gap, self.at_rest.file.wish.gap, self.at_rest.room)
         elif drive.top is not None and len(drive.heads) == 1:
             limits += _apart_of_held(drive, own, self.at_rest, stiff)
         limits += extents_of(self.at_rest.listed[own.number], self.at_rest.room, stiff).limits()
@@ -174,7 +174,7 @@ def with_spare(rigid: Mechanism, own: Requirement, promised: float) -> str:
     return f"{sides[0]} {sign} {sides[1]}{''.join(where)}"
 
 
-def _apart(rigid: Mechanism, gap: float, least: float, room: Room) -> list[str]:
+def apart(rigid: Mechanism, gap: float, least: float, room: Room) -> list[str]:
     """That each freedom is so many times as compliant as each constraint, along principal directions of a design
     with rigid bodies; and by as many times more as its `gap` is less than what that promises."""
     free, rest, scale = bases_of(room)

@@ -212,5 +212,10 @@ def is_at_rest(text: str) -> bool:
 
 
 def clashes_of(mechanism: Mechanism) -> tuple[str, ...]:
-    """Solids that share space, in words."""
-    return tuple(own.text for own in check(mechanism).clashes if own.kind == "clash")
+    """Solids that share space, in words; blocks of the base are one where they do."""
+    found = (own for own in check(mechanism).clashes if own.kind == "clash")
+    return tuple(own.text for own in found if not all(_is_base(name) for name in (own.first, own.second)))
+
+
+def _is_base(name: str) -> bool:
+    return name.rsplit(".", maxsplit=1)[-1].startswith("base")
