@@ -559,6 +559,14 @@ def _standing(posts: Sequence[Post], sizes: Sizes, room: Room) -> Array:
     return np.concatenate([np.empty((0, 3)), *(own.points(sizes, SPACING * room.size) for own in posts)])
 
 
+def _beside(pattern: Pattern, room: Room) -> float:
+    """How much room there is at the edges of a limb within the envelope, as wide as it may be, m."""
+    axis, turns, e = np.array([*room.middle[:2], 0.0]), pattern.turns(), pattern.axes[:, 1]
+    points = turns @ (pattern.site.head(room) - axis) + axis
+    way = min(_clear_along(room, points, turns @ own) for own in (e, -e)) + ROOM * room.size
+    return max(way - _width_room(pattern, room) / 2, 0.0)
+
+
 def posts_at(pattern: Pattern, room: Room, axes: Array, head: Sequence[tuple[str | None, Array]]) -> list[Post]:
     """Posts of the first limb of a pattern, whose axes are columns (3, 3) of some frame and whose head is at a point of
     that, or at its origin."""
@@ -567,7 +575,9 @@ def posts_at(pattern: Pattern, room: Room, axes: Array, head: Sequence[tuple[str
     shelf = level + float(room.middle[2] - room.platform[2]) - room.clear - GAP * room.size
     end = pattern.run + BEHIND * room.size - pattern.short
     top = level + 2 * float(room.half[2])
-    ground = Ground(axes @ pattern.axes[2], level, top, shelf, room.size, pattern.deep, room.frame, pattern.stout, end)
+    beside = min(MARGIN * max(pattern.stout, 1.0) * room.size, _beside(pattern, room))
+    deep, frame, stout = pattern.deep, room.frame, pattern.stout
+    ground = Ground(axes @ pattern.axes[2], level, top, shelf, room.size, deep, frame, stout, end, beside)
     return posts_of(pattern.kind, head, axes, ground)
 
 

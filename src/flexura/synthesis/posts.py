@@ -117,7 +117,8 @@ class Ground:
     """Where posts stand: the unit normal `up` (3,) of the base, the plane at `level` along it and the `top` of the
     envelope, m, and the `shelf` up to which blocks may be deep; the smallest edge of the envelope, m. Walls stand
     on deep blocks where they are `deep`, or are of a `frame`. Posts that are `stout` are so many times as broad as
-    they have to be, and where feet lead on along limbs they reach as far as `end` from the heads, m."""
+    they have to be, and where feet lead on along limbs they reach as far as `end` from the heads, m. They are wider
+    than leaves by as much as `beside` at either edge, m."""
 
     up: Array
     level: float
@@ -128,6 +129,7 @@ class Ground:
     frame: bool
     stout: float
     end: float
+    beside: float
 
 
 def posts_of(kind: Kind, head: Borne, axes: Array, ground: Ground) -> list[Post]:
@@ -184,8 +186,8 @@ class _Feet:
         self.B: Array = np.array([np.cross(e, u), e, u]).T
         thick, wide = SECTIONS[profile]
         stout = max(ground.stout, 1.0) * ground.size
-        beside = MARGIN if "width" in wide else POST / 2
-        half = plus({None: POST / 2 * stout}, thick), plus({None: beside * stout}, wide)
+        beside = ground.beside if "width" in wide else POST / 2 * stout
+        half = plus({None: POST / 2 * stout}, thick), plus({None: beside}, wide)
         places = np.array([axes @ unit[foot] for foot in feet]) @ self.B
         first, last = (places.argmin(axis=0), places.argmax(axis=0))
         at = [[_along(head, axes, kind.nodes[foot], self.B[:, k]) for foot in feet] for k in range(3)]
