@@ -150,7 +150,7 @@ WISHED = {
     ),
     "wire_hexapod": Wished("plate", (), material=STEEL, own_material="Al-7075-T6", about=CENTRE),
     "xy_parallel": Wished("table", ("x", "y"), frame=True, process="wire-cut"),
-    "xy_serial": Wished("table", ("x", "y"), process="wire-cut"),
+    "xy_serial": Wished("table", ("x", "y"), frame=True, process="wire-cut"),
     "z_stage": Wished("column", ("z",), frame=True, material=STEEL, own_material=ALUMINIUM),
     "zero_stiffness": Wished(
         "beam",

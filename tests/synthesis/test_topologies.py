@@ -29,6 +29,7 @@ def borne(kind, head, axes, held, sizes):
     centre = head + (0.5 if kind in ("crossed pivot", "cartwheel") else 1.0) * held * d
     middle = head + sizes.get("radius", 0.0) * d
     forces = [line(middle, own) for own in (m, e, d)]
+    two = [head + s * 0.005 * m for s in (1, -1)]
     return np.array(
         {
             "wire": [line(head, d)],
@@ -36,6 +37,8 @@ def borne(kind, head, axes, held, sizes):
             "leaf": [line(head, d), line(head, e), couple(m)],
             "folded leaf": [line(head + sizes.get("length", 0.0) * d, e)],
             "leaf folded on the axis": [line(centre, e)],
+            "folded leaf pair": [line(own + sizes.get("length", 0.0) * d, e) for own in two],
+            "leaf pair": [own for at in two for own in (line(at, d), line(at, e), couple(m))],
             "notch": [*forces, couple(m), couple(d)],
             "round neck": forces,
             "folded guide": [line(head, e), line(head, d), couple(m), couple(e), couple(d)],

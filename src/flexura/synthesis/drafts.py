@@ -15,7 +15,7 @@ from flexura.modelfile import described
 from flexura.synthesis.amplifiers import ZERO, Drive, substructures
 from flexura.synthesis.drives import motion, reach
 from flexura.synthesis.limbs import LEAF, PROFILES, Terms, describe_member
-from flexura.synthesis.patterns import ALONG, RADII, Pattern, limits_of, lug_of, posts_at
+from flexura.synthesis.patterns import ALONG, RADII, Pattern, drawn_first, limits_of, lug_of, posts_at
 from flexura.synthesis.posts import Form, Post, plus, with_fixed
 from flexura.synthesis.topologies import Topology
 from flexura.synthesis.wish import DOFS, Make, Room, Wish, WishFile
@@ -125,7 +125,7 @@ def _substructure(letter: str, own: Pattern, room: Room, make: Make) -> dict[str
     terms += [(None, turn @ fixed), *along(drawn)]
     nodes = {name: _point([*terms, *along(node)]) for name, node in own.kind.nodes.items()}
     names = {size: f"{letter}_{size}" for size in own.kind.sizes}
-    at = own.kind.points(dict.fromkeys(own.kind.sizes, 1.0) | ({own.kind.pinned: 2.0} if own.kind.pinned else {}))
+    at = own.kind.points(drawn_first(own, room, float(make.thinnest)))  # type: ignore[arg-type]
     flexures, links = dict[str, Any](), dict[str, Any]()
     for name, (a, b, profile) in own.kind.members.items():
         d = at[b] - at[a]

@@ -200,6 +200,11 @@ class Kind:
         return any(limit.of == "across" for limit in self.sizes.values())
 
     @property
+    def is_side_by_side(self) -> bool:
+        """Whether it is equal rows from the platform to the base, each of which is a limb."""
+        return len(self.rows) > 1 and len({str(row._replace(start={})) for row in self.rows}) == 1
+
+    @property
     def is_one_sided(self) -> bool:
         """Whether its foot is to one side of its head along m."""
         return "arm" in self.sizes
@@ -225,6 +230,11 @@ class Kind:
     def n_flexures(self) -> int:
         """How many of its members bend."""
         return sum(bool(PROFILES[own.profile].free) for own in self.members.values())
+
+    @property
+    def n_borne(self) -> int:
+        """How many wrenches its members bear, each counted by itself."""
+        return sum(len(PROFILES[own.profile].borne) for own in self.members.values())
 
     def points(self, sizes: Sizes) -> dict[str, Array]:
         """Its nodes (3,), m, in axes (m, e, d)."""
@@ -284,7 +294,6 @@ def seen_from(a: Array, b: Array) -> Array:
 
 LENGTH = Limit(0.15, 0.995, "room")
 LINK = Limit(0.15, 0.6, "room")
-GUIDE = Limit(0.15, 0.72, "room")
 ARM = Limit(0.1, 0.9, "across")
 ELBOW = Limit(0.15, 0.9, "across")
 BROAD = Limit(0.1, 0.4, "across")
@@ -300,10 +309,12 @@ SMALL = Limit(2.0, 12.0, "thinnest", 0.1)
 _ALONG: Terms = {"length": (0, 0, 1)}
 _ASIDE: Terms = {"arm": (1, 0, 0)}
 _HINGE: Terms = {"radius": (0, 0, 2)}
-_CLEAR = 0.1
+_CLEAR = 0.08
 """How far feet of a folded guide are clear of what its heads are at, over the length of its leaves."""
 _HUB = 0.08
 """Edges of the hub of a cartwheel, over those of the rectangle that it has its spokes in."""
+_BLOCK = 0.08
+"""How thick the block of a folded guide is, over the length of the guide."""
 _ROD = tuple((profile, {"length": (0.0, 0.0, share)}) for profile, share in ((NECK, 0.12), (ROD, 0.76), (NECK, 0.12)))
 _CORNER: Terms = {"radius": (0, 0, STOUT / 2 + 0.1), "web": (0, 0, 0.5)}
 """How far the middle of a link that leads away along m is beyond a notch."""
@@ -334,6 +345,13 @@ def _kinds() -> Iterator[Kind]:
     yield Kind("folded leaf", folded, _row((LEAF, _ALONG), (LEAF, _ASIDE)))
     rows = _row((LEAF, _ALONG), (LEAF, _ASIDE))
     yield Kind("leaf folded on the axis", folded, rows, {}, "length", _ALONG)
+    apart = {"length": LENGTH, "spacing": Limit(0.05, 0.4, "across"), "span": Limit(0.5, 0.9, "across")}
+    outward: Terms = {"span": (0.5, 0, 0), "spacing": (-0.5, 0, 0)}
+    yield Kind(
+        "folded leaf pair",
+        {**apart, "width": WIDTH, "thickness": THICKNESS},
+        tuple(Row({"spacing": (s / 2, 0, 0)}, ((LEAF, _ALONG), (LEAF, plus({}, outward, s)))) for s in (1.0, -1.0)),
+    )
     yield Kind("notch", {"radius": RADIUS, "width": WIDTH, "web": WEB}, _row((NOTCH, _HINGE)))
     yield Kind("round neck", {"radius": RADIUS, "web": WEB}, _row((ROUND, _HINGE)))
     yield _on_post("notch", NOTCH, BAR, width=WIDTH)
@@ -390,50 +408,46 @@ def _kinds() -> Iterator[Kind]:
         "length",
         {"length": (0, 0, 0.5)},
     )
+    yield Kind("leaf pair", {**blade, "spacing": Limit(0.1, 0.9, "across")}, _pair(across, Row({}, ((LEAF, _ALONG),))))
     inner: Terms = {"inner": (1, 0, 0)}
     outer: Terms = {"outer": (1, 0, 0)}
-    back: Terms = {"length": (0, 0, _CLEAR - 1)}
+    to_block: Terms = {"length": (0, 0, 1 - _BLOCK)}
+    back: Terms = {"length": (0, 0, (_CLEAR - 1) * (1 - _BLOCK))}
     yield Kind(
         "folded guide",
         {
-            "length": GUIDE,
-            "inner": Limit(0.1, 0.48, "across"),
-            "outer": Limit(0.5, 0.9, "across"),
-            "block": Limit(0.05, 0.2, "room"),
+            "length": Limit(0.2, 0.99, "room"),
+            "inner": Limit(0.1, 0.6, "across"),
+            "outer": Limit(0.78, 0.92, "across"),
             "width": WIDTH,
             "thickness": THICKNESS,
         },
-        _pair(inner, Row({}, ((LEAF, _ALONG),), ends="block"))
-        + _pair(outer, Row(_ALONG, ((LEAF, back),), begins="block")),
+        _pair(inner, Row({}, ((LEAF, to_block),), ends="block"))
+        + _pair(outer, Row(to_block, ((LEAF, back),), begins="block")),
         {
             "block": (
-                {"outer": (-0.5, 0, 0), "thickness": (-2, 0, 0), "width": (0, -0.5, 0), "length": (0, 0, 1)},
-                {
-                    "outer": (0.5, 0, 0),
-                    "thickness": (2, 0, 0),
-                    "width": (0, 0.5, 0),
-                    "length": (0, 0, 1),
-                    "block": (0, 0, 1),
-                },
+                plus(to_block, {"outer": (-0.5, 0, 0), "thickness": (-2, 0, 0), "width": (0, -0.5, 0)}),
+                {"outer": (0.5, 0, 0), "thickness": (2, 0, 0), "width": (0, 0.5, 0), "length": (0, 0, 1)},
             )
         },
     )
-    root: Terms = {"spacing": (0.5, 0, 0.5), "length": (0, 0, 1), "thickness": (2, 0, 0)}
+    to_block = {"length": (0, 0, 1), "spacing": (0, 0, -1)}
+    root = plus(to_block, {"spacing": (0.5, 0, 0.5), "thickness": (2, 0, 0)})
     yield Kind(
         "crossed guides",
         {
-            "length": LINK,
-            "spacing": Limit(0.1, 0.4, "room"),
+            "spacing": Limit(0.1, 0.48, "room"),
+            "length": Limit(0.5, 0.99, "room"),
             "arm": ARM,
             "width": WIDTH,
             "thickness": THICKNESS,
         },
-        _pair(across, Row({}, ((LEAF, _ALONG),), ends="block"))
+        _pair(across, Row({}, ((LEAF, to_block),), ends="block"))
         + _pair({"spacing": (0, 0, 0.8)}, Row(root, ((LEAF, _ASIDE),), begins="block")),
         {
             "block": (
-                {"spacing": (-0.5, 0, 0), "thickness": (-2, 0, 0), "width": (0, -0.5, 0), "length": (0, 0, 1)},
-                {"spacing": (0.5, 0, 0.9), "thickness": (2, 0, 2), "width": (0, 0.5, 0), "length": (0, 0, 1)},
+                plus(to_block, {"spacing": (-0.5, 0, 0), "thickness": (-2, 0, 0), "width": (0, -0.5, 0)}),
+                {"spacing": (0.5, 0, 0), "thickness": (2, 0, 0), "width": (0, 0.5, 0), "length": (0, 0, 1)},
             )
         },
     )

@@ -161,7 +161,7 @@ class Pattern:
     `share` is where between their limits sizes are drawn first, and `deep` says that walls of the base stand on
     deeper blocks; posts may be so many times as `stout` as they have to be, and then end so `short` of the
     envelope, m. Two that would cross are `aside`, each so far along its width that they pass each other, which
-    changes nothing of what they bear.
+    changes nothing of what they bear. The side of the platform is `flat` where all heads are at it.
     """
 
     kind: Kind
@@ -178,6 +178,7 @@ class Pattern:
     deep: bool = True
     stout: float = 0.0
     short: float = 0.0
+    flat: bool = False
 
     def turns(self) -> Array:
         """Rotations (n, 3, 3) of the copies about the axis."""
@@ -190,13 +191,14 @@ class Pattern:
 
     @property
     def n_constraints(self) -> int:
-        """How many wrenches its limbs bear, each counted by itself."""
-        return self.count * self.borne.shape[1]
+        """How many wrenches its limbs bear, each counted by itself, and so those that are side by side in one."""
+        return self.count * (self.kind.n_borne if self.kind.is_side_by_side else self.borne.shape[1])
 
     @property
     def has_lug(self) -> bool:
-        """Whether limbs begin on a lug of the platform: those that lead on beside it, and those of several heads."""
-        return self.site.where == "beside" or (self.site.where == "side" and len(self.kind.heads) > 1)
+        """Whether limbs begin on a lug of the platform: those that lead on beside it, and those of several heads for
+        which its side is not broad and flat enough."""
+        return self.site.where == "beside" or (self.site.where == "side" and len(self.kind.heads) > 1 and not self.flat)
 
     def lug(self, room: Room) -> float:
         """The edge of its lugs, m: stiff enough where it begins at the side with several heads."""
@@ -316,6 +318,9 @@ def patterns(room: Room, process: str) -> list[Pattern]:
                 for kind, W, held in right:
                     if (kind.is_round and k) or (sign < 0 and (kind.is_round or not kind.is_one_sided)):
                         continue
+                    sideways = site.where == "side" and abs(site.axes[:, 1] @ axes[:, 0]) > 1 - ALONG
+                    if kind.is_side_by_side and not sideways:  # they are a pattern of two, or of two rows
+                        continue
                     aside = passing and kind.width and "thickness" in kind.sizes and not kind.pinned
                     run = (whole if aside else apart) - behind[kind.name] * (abs(d[2]) < 1 - ALONG)
                     across = _across(room, site, ARM_AT * run * d, axes[:, 0], _turns(count), kind)
@@ -327,9 +332,25 @@ def patterns(room: Room, process: str) -> list[Pattern]:
                         continue
                     bears = W[:, : W.shape[1] // 2]
                     own_pattern = Pattern(kind, site, axes, count, run, across, bears, bool(pinned), held, aside=aside)
-                    here.append(own_pattern)
+                    if (placed := _at_side(own_pattern, room)).run >= SHORTEST * room.size:
+                        here.append(placed)
             found += sorted(here, key=lambda own: kinds.index(own.kind))
     return found
+
+
+def _at_side(own: Pattern, room: Room) -> Pattern:
+    """A pattern that begins right at the side of the platform where all heads are at that, or else behind its lug."""
+    if own.site.where != "side" or len(own.kind.heads) == 1:
+        return own
+    scales = {"room": own.run, "across": own.across, "size": room.size}
+    spread = place(
+        own.kind.spread, {name: limit.most * scales.get(limit.of, 0.0) for name, limit in own.kind.sizes.items()}
+    )
+    face = 2 * (room.platform - np.abs(own.site.height - room.middle) * [0.0, 0.0, 1.0])
+    face[np.abs(own.site.axes[:, 0]) > ALONG] = 0.0
+    if room.shape == "box" and (np.abs(own.axes @ np.diag(spread)).max(axis=1) <= face + ALONG).all():
+        return replace(own, flat=True)
+    return replace(own, run=own.run - own.lug(room))
 
 
 def _borne(kind: Kind, room: Room) -> Array:
@@ -478,10 +499,13 @@ def _copies(pattern: Pattern, room: Room, sizes: Sizes, points: Array) -> Array:
 
 
 def lug_of(pattern: Pattern, room: Room) -> tuple[Terms, Array]:
-    """Edges of a lug by its sizes, and what is added to them, m, (3,): with room for all heads."""
+    """Edges of a lug by its sizes, and what is added to them, m, (3,): with room for all heads, along the normal of
+    the base as wide as these."""
     edge, kind = pattern.lug(room), pattern.kind
-    large = np.array([kind.has_thick_beginning, kind.width, False])
-    return kind.face, edge * np.where(large, 2 * BESIDE, 1.0)
+    flush = kind.width and abs(pattern.axes[2, 1]) > 1 - ALONG
+    return kind.face, edge * np.array(
+        [2 * BESIDE if kind.has_thick_beginning else 1.0, 0.0 if flush else 2 * BESIDE if kind.width else 1.0, 1.0]
+    )
 
 
 def corners_of(pattern: Pattern, posts: Sequence[Post], room: Room, sizes: Sizes) -> Array:
@@ -572,7 +596,7 @@ def posts_at(pattern: Pattern, room: Room, axes: Array, head: Sequence[tuple[str
     that, or at its origin."""
     fixed, _ = pattern.shift(pattern.lug(room))
     level = -float((pattern.site.head(room) + fixed)[2]) if not head else 0.0
-    shelf = level + float(room.middle[2] - room.platform[2]) - room.clear - GAP * room.size
+    shelf = level + float(room.middle[2] - room.platform[2]) - float(room.clear[2]) - GAP * room.size
     end = pattern.run + BEHIND * room.size - pattern.short
     top = level + 2 * float(room.half[2])
     beside = min(MARGIN * max(pattern.stout, 1.0) * room.size, _beside(pattern, room))

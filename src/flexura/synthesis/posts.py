@@ -32,7 +32,7 @@ UNDER = 0.15
 GAP = 0.03
 """Clearance of posts from what moves beside and above them, over the same."""
 
-BRACKET = 0.6
+BRACKET = 0.7
 """Thickness of a bracket over the room between foot and head."""
 
 ALONG = 1e-6
@@ -256,7 +256,7 @@ class _Feet:
 
     def _under_bracket(self) -> list[Post]:
         """A bracket over a foot that leads back towards its head, and the post beside the limb that bears it, or the
-        frame."""
+        frame; nothing is in the way of one that stands along the width."""
         if self.k == 0 and self.outside * self.up > 0:
             return []
         size, out = self.ground.size, self.outside
@@ -268,6 +268,9 @@ class _Feet:
         low[0], high[0] = (near, inner) if out > 0 else (inner, near)
         if self.ground.frame and self.k == 1:
             return [self._block(low, high, self.feet, "x+" if out > 0 else "x-")]
+        if self.k == 1:
+            low[0], high[0] = (near, outer) if out > 0 else (outer, near)
+            return [self._standing(low, high, self.feet)]
         bracket = self._block(low, high, self.feet, None)
         low[0], high[0] = (inner, outer) if out > 0 else (outer, inner)
         low[2] = plus(low[2], {None: -POST * size})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
@@ -409,8 +409,8 @@ class Room:
     middle: Array
     about: Array
     freedoms: ScrewSpace
-    clear: float = 0.0
-    """How far the platform moves along any axis, m, but by its turns."""
+    clear: Array = field(default_factory=lambda: np.zeros(3))
+    """How far the platform moves along each axis (3,), m, but by its turns."""
     frame: bool = False
 
     @cached_property
@@ -420,20 +420,20 @@ class Room:
 
     @property
     def size(self) -> float:
-        """The smallest edge of the envelope, m."""
-        return 2 * float(self.half.min())
+        """The smallest edge of the envelope, m; of a layer, which is thin, a quarter of the next."""
+        least, second, _ = np.sort(2 * self.half)
+        return float(max(least, second / 4))
 
     def outside(self, points: Array) -> Array:
         """How far points (n, 3) are outside of the envelope, m, over no clearance; negative within."""
         return (np.abs(points - [0.0, 0.0, self.half[2]]) - self.half).max(axis=1)
 
-    def in_platform(self, points: Array, by: float = 0.0) -> Array:
-        """Whether points (n, 3) are within the platform by more than so much, m."""
-        x = points - self.middle
-        tall = np.abs(x[:, 2]) < self.platform[2] - by
+    def in_platform(self, points: Array, by: float | Array = 0.0) -> Array:
+        """Whether points (n, 3) are within the platform by more than so much, m, in all or along each axis (3,)."""
+        x, half = np.abs(points - self.middle), self.platform - by
         if self.shape == "box":
-            return tall & (np.abs(x[:, :2]) < self.platform[:2] - by).all(axis=1)
-        return tall & (np.hypot(x[:, 0], x[:, 1]) < self.platform[0] - by)
+            return (x < half).all(axis=1)
+        return (x[:, 2] < half[2]) & (np.hypot(x[:, 0], x[:, 1]) < half[:2].max())
 
 
 TURNS: dict[str, Array] = {
@@ -454,7 +454,7 @@ def room_of(wish: Wish) -> Room:
     platform, middle = wish.place
     about = turn.T @ wish.centre
     length = float(half.max())
-    clear = float(np.abs(wish.stroke_twist[:3]).max())
+    clear = np.abs(turn.T @ wish.stroke_twist[:3])
     return Room(
         turn,
         half,
