@@ -4,8 +4,16 @@ import numpy as np
 import pytest
 
 from flexura.synthesis import Wish, room_of, topologies
+from flexura.synthesis.patterns import as_drawn
 
 FIRST = 10
+
+
+def layer(freedoms, height=0.001):
+    """A box that fills a thin layer, in the middle of it."""
+    own = wish(freedoms, (0.0, 0.0, height / 2), "box", process="printed")
+    platform = own.platform.model_copy(update={"size": (0.03, 0.015, height), "at": (0.0, 0.0, height / 2)})
+    return own.model_copy(update={"envelope": (0.05, 0.06, height), "platform": platform})
 
 
 def wish(freedoms, about=(0.0, 0.0, 0.0), shape="cylinder", plane="z-", process="assembled"):
@@ -98,6 +106,24 @@ def test_classic_answers_are_among_the_first(asked, classics):
     found = listed(*asked)
     for patterns in classics:
         assert has(found, *patterns), [own.name for own in found[:FIRST]]
+
+
+@pytest.mark.parametrize(
+    ("freedoms", "classics"),
+    [
+        (["x"], [["1 radial leaf pair"], ["2 radial leaf pairs"], ["2 radial folded guides"]]),
+        (["x", "y", "rz"], [["2 radial folded leaf pairs"]]),
+    ],
+)
+def test_classic_suspensions_of_thin_layers_are_found_and_stay_in_the_layer(freedoms, classics):
+    own = layer(freedoms)
+    room = room_of(own)
+    found = topologies(room, "printed", 2e-5)
+    for patterns in classics:
+        assert has(found, patterns), [each.name for each in found[:FIRST]]
+    for each in found:
+        for pattern in each.patterns:
+            assert room.outside(as_drawn(pattern, room, 2e-5).all.reshape(-1, 3)).max() < 1e-9, each.name
 
 
 def test_leaves_of_a_trapezoid_and_of_a_cross_pivot_meet_on_the_axis():

@@ -10,10 +10,13 @@ from flexura.study.questions import questions
 from flexura.synthesis import WishFile, room_of, topologies
 from flexura.synthesis.drafts import draft
 from flexura.synthesis.screening import COMPLIANCES, gap_of
-from synthesis.test_classics import wish
+from synthesis.test_classics import layer, wish
 
 THINNEST = 1e-4
 """Web, m, that makes flexures slender in an envelope of 0.2 m."""
+
+LAYER_WEB = 1e-6
+"""Web, m, that makes flexures slender in a layer of 1 mm."""
 
 INTERNAL = {"folded guide": 1, "folded leaf": 1}
 """Freedoms of a limb that leave platform and base at rest: of the block of a guide, and of a corner."""
@@ -89,6 +92,21 @@ def test_drafts_are_free_as_wished_and_clear_of_themselves(freedoms, about, proc
             found = fx.constraints(plan)
             internal = sum(INTERNAL.get(p.kind.name, 0) * p.count for p in topology.patterns)
             assert len(found.freedoms) + found.internal - internal == len(freedoms), topology.name
+
+
+@pytest.mark.parametrize("freedoms", [["x"], ["x", "y", "rz"]])
+def test_drafts_of_a_thin_layer_are_free_as_wished_and_clear_of_themselves(freedoms):
+    own = layer(freedoms)
+    own = own.model_copy(update={"make": own.make.model_copy(update={"thinnest": LAYER_WEB})})
+    room = room_of(own)
+    for topology in topologies(room, "printed", LAYER_WEB):
+        leads_out = all(abs(p.site.axes[:, 0] @ p.axes[:, 2]) > 0.99 for p in topology.patterns)
+        if leads_out and {p.kind.name for p in topology.patterns} <= {"leaf pair", "folded guide", "folded leaf pair"}:
+            mechanism = draft(topology, WishFile(wish=own), room, "layer")
+            assert not [each.text for each in fx.check(mechanism).clashes], topology.name
+            plan = plan_of(slim(with_rigid_bodies(mechanism)))
+            gap = gap_of(questions(plan, ", ".join(COMPLIANCES)).values({}).value, room)
+            assert gap > 10, topology.name
 
 
 def test_first_sizes_are_within_their_limits():

@@ -84,7 +84,7 @@ def _member(profile: str, sizes: Mapping[str, Array], length: Array) -> tuple[Ar
     about_e, about_m, area = wide * thin**3 / 12, wide**3 * thin / 12, wide * thin
     twist = SHEAR * wide * np.minimum(thin, wide) ** 3 / 3
     stiffness = [12 * about_e / length**2, 12 * about_m / length**2, area, about_m, about_e, twist]
-    turned = 3**0.5 * SHEAR * thin  # of which von Mises' stress is as large; edges of strips bend as well
-    turned = turned * (1 + wide / (2 * length)) if profile in WIDE else turned / 2
+    turned = 3**0.5 * SHEAR * thin  # of which von Mises' stress is as large; edges of strips bend as beams do as well
+    turned = np.hypot(turned, 1.2 * thin * wide / length) if profile in WIDE else turned / 2
     strain = [3 * thin / length, 3 * wide / length, np.ones_like(thin), wide / 2, thin / 2, turned]
     return np.stack(stiffness, axis=-1) / length[:, None], np.stack(strain, axis=-1) * free / length[:, None]
