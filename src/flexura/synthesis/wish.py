@@ -431,9 +431,10 @@ class Room:
     def in_platform(self, points: Array, by: float | Array = 0.0) -> Array:
         """Whether points (n, 3) are within the platform by more than so much, m, in all or along each axis (3,)."""
         x, half = np.abs(points - self.middle), self.platform - by
+        tall = x[:, 2] < half[2]
         if self.shape == "box":
-            return (x < half).all(axis=1)
-        return (x[:, 2] < half[2]) & (np.hypot(x[:, 0], x[:, 1]) < half[:2].max())
+            return tall & (x[:, :2] < half[:2]).all(axis=1)
+        return tall & (np.hypot(x[:, 0], x[:, 1]) < half[:2].max())
 
 
 TURNS: dict[str, Array] = {
