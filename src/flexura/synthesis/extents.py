@@ -1,4 +1,5 @@
-"""How far designs of a topology reach beyond the envelope: all their corners follow the sizes linearly."""
+"""How far designs of a topology reach beyond the envelope, or what moves comes too near to what stands: both follow the
+sizes linearly."""
 
 from __future__ import annotations
 
@@ -13,7 +14,7 @@ from flexura.mechanism import Mechanism
 from flexura.structure import FullOrderModel, solids_of
 from flexura.synthesis.amplifiers import hull_of
 from flexura.synthesis.drafts import radius_name
-from flexura.synthesis.patterns import ALONG, corners_of, posts_at
+from flexura.synthesis.patterns import ALONG, corners_of, posts_at, too_near
 from flexura.synthesis.topologies import Topology
 from flexura.synthesis.wish import Room
 
@@ -25,8 +26,8 @@ _SIGNS = np.array(list(product((-1.0, 1.0), repeat=3)))
 
 @dataclass(frozen=True)
 class Extents:
-    """Where a topology reaches beyond the envelope: `constants` (k,) and `slopes` (k, p) times its sizes by `names`, m,
-    are to be zero at most. What is so for all sizes within their limits is left out."""
+    """Where a topology reaches beyond the envelope, or is too near to itself: `constants` (k,) and `slopes` (k, p) times
+    its sizes by `names`, m, are to be zero at most. What is so for all sizes within their limits is left out."""
 
     names: tuple[str, ...]
     constants: Array
@@ -57,9 +58,9 @@ def extents_of(topology: Topology, room: Room, mechanism: Mechanism) -> Extents:
     step = np.maximum(high - low, ALONG * room.size)
 
     def beyond(values: Array) -> Array:
-        points = _corners(topology, room, dict(zip(parameters, values.tolist(), strict=True)))
+        points, near = _corners(topology, room, dict(zip(parameters, values.tolist(), strict=True)))
         x = points - [0.0, 0.0, room.half[2]]
-        return np.concatenate([x - room.half, -x - room.half], axis=1).ravel()
+        return np.append(np.concatenate([x - room.half, -x - room.half], axis=1).ravel(), near)
 
     at = beyond(first)
     slopes = np.array([(beyond(first + own) - at) / own.max() for own in np.diag(step)]).reshape(len(step), -1).T
@@ -82,20 +83,21 @@ def _needed(rows: Array, low: Array, high: Array) -> list[int]:
     return kept
 
 
-def _corners(topology: Topology, room: Room, values: Mapping[str, float]) -> Array:
-    """Corners (n, 3) of limbs and drives in the room, m."""
-    found = []
+def _corners(topology: Topology, room: Room, values: Mapping[str, float]) -> tuple[Array, list[float]]:
+    """Corners (n, 3) of limbs and drives in the room, m, and by how much what moves comes too near to what stands."""
+    found, near = list[Array](), list[float]()
     for letter, pattern in zip("abc", topology.patterns, strict=False):
         radius, site = radius_name(letter, pattern), pattern.site
         own = replace(pattern, site=site._replace(out=values[radius] / site.reach)) if radius else pattern
         sizes = {name: values.get(f"{letter}_{name}", own.held) for name in own.kind.sizes}
         found.append(corners_of(own, posts_at(own, room, np.eye(3), []), room, sizes))
+        near += too_near(own, room, sizes)
     if (drive := topology.drive) is not None:
         sizes = {name: values[f"drive_{name}"] for name in drive.sizes}
         middles, halves = hull_of(drive.amplifier.parts(drive.stack, "", drive.sizes, drive.top), sizes)
         local = (middles[:, None] + _SIGNS * halves[:, None]).reshape(-1, 3)
         found.append((local @ drive.frames.transpose(0, 2, 1) + drive.heads[:, None]).reshape(-1, 3))
-    return np.concatenate(found)
+    return np.concatenate(found), near
 
 
 def beyond_envelope(model: FullOrderModel, room: Room) -> tuple[str, ...]:

@@ -97,7 +97,7 @@ class Member(NamedTuple):
 class Kind:
     """A kind of limb: its `sizes`, which vary within limits, its `rows` of members, and `blocks` by two opposite
     corners of each. Where a size is `pinned`, it is what it must be for the limb to turn about an axis that is wished:
-    its `centre` is then on that."""
+    its `centre` is then on that. What moves with the platform and what stands beside it are so far `apart`, along m."""
 
     name: str
     sizes: dict[str, Limit]
@@ -105,6 +105,7 @@ class Kind:
     blocks: dict[str, tuple[Terms, Terms]] = field(default_factory=dict)
     pinned: str = ""
     centre: Terms = field(default_factory=dict)
+    apart: Terms = field(default_factory=dict)
 
     def __reduce__(self) -> tuple[Callable[[str], Kind], tuple[str]]:
         return kind_of, (self.name,)
@@ -418,7 +419,7 @@ def _kinds() -> Iterator[Kind]:
         {
             "length": Limit(0.2, 0.99, "room"),
             "inner": Limit(0.1, 0.6, "across"),
-            "outer": Limit(0.78, 0.92, "across"),
+            "outer": Limit(0.7, 0.92, "across"),
             "width": WIDTH,
             "thickness": THICKNESS,
         },
@@ -430,6 +431,7 @@ def _kinds() -> Iterator[Kind]:
                 {"outer": (0.5, 0, 0), "thickness": (2, 0, 0), "width": (0, 0.5, 0), "length": (0, 0, 1)},
             )
         },
+        apart={"outer": (0.5, 0, 0), "inner": (-0.5, 0, 0), "thickness": (-1, 0, 0)},
     )
     to_block = {"length": (0, 0, 1), "spacing": (0, 0, -1)}
     root = plus(to_block, {"spacing": (0.5, 0, 0.5), "thickness": (2, 0, 0)})

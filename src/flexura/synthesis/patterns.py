@@ -508,6 +508,12 @@ def lug_of(pattern: Pattern, room: Room) -> tuple[Terms, Array]:
     )
 
 
+def too_near(pattern: Pattern, room: Room, sizes: Sizes) -> list[float]:
+    """By how much what moves would come too near, over the stroke, to what stands beside it, m, linear in the sizes."""
+    m, kind = pattern.axes[:, 0], pattern.kind
+    return [float(np.abs(m) @ room.clear) + GAP * room.size - float(place(kind.apart, sizes)[0])] if kind.apart else []
+
+
 def corners_of(pattern: Pattern, posts: Sequence[Post], room: Room, sizes: Sizes) -> Array:
     """Corners (n, 3) of members, blocks, lugs and some posts of all copies, m: linear in the sizes, and in how far out
     the site is."""
@@ -665,6 +671,8 @@ def _fits(own: Pattern, posts: Sequence[Post], room: Room, thinnest: float) -> b
     other; where corners and posts are is looked at first, as that is what most fail in."""
     sizes = drawn_first(own, room, thinnest)
     if (room.outside(corners_of(own, posts, room, sizes)) > ALONG * room.size).any():
+        return False
+    if max(too_near(own, room, sizes), default=0.0) > 0:
         return False
     if room.in_platform(_copies(own, room, sizes, _standing(posts, sizes, room)).reshape(-1, 3), -room.clear).any():
         return False
