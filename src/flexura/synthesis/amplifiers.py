@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -212,7 +213,8 @@ def _frame(stack: Stack, material: str, sizes: Container[str], top: Top | None =
         arms = (root - _size("foot") - offset + top.below) * 0.5
         bottom = ZERO - top.below
     centre, span, half = root - arms - offset * 0.5, seat + stack.length / 2, depth * 0.5
-    own.other["drive_quarter"] = _quarter(wide, arms, span, material, is_straight)
+    bar = _size("bar") if "bar" in sizes else web * STOUT
+    own.other["drive_quarter"] = _quarter(wide, arms, span, material, None if is_straight else bar)
     mirrors = [{"type": "mirror", "normal": "x"}, {"type": "mirror", "normal": "z", "point": [0, 0, str(centre)]}]
     own.instances["quarter"] = {"of": "drive_quarter", "at": [0, 0, str(centre)], "pattern": mirrors}
     ends = stack.length / 2
@@ -244,12 +246,13 @@ def _frame(stack: Stack, material: str, sizes: Container[str], top: Top | None =
     return own
 
 
-def _quarter(wide: Form, arms: Form, span: Form, material: str, is_straight: bool) -> dict[str, Any]:
-    """A quarter of a frame of arms, from half the width of the output to half that of the stack and its seats."""
+def _quarter(wide: Form, arms: Form, span: Form, material: str, bar: Form | None) -> dict[str, Any]:
+    """A quarter of a frame of arms, from half the width of the output to half that of the stack and its seats; between
+    leaves they are as thick as a bar."""
     leaf, offset = _size("leaf"), _size("offset")
     nodes = {"output": _point(wide, arms + offset * 0.5), "input": _point(span, arms - offset * 0.5)}
     own: dict[str, Any] = {}
-    if is_straight:
+    if bar is None:
         own["flexures"] = {"arm": _leaf(["output", "input"], material)}
     else:
         nodes |= {"inner": _point(leaf + wide, arms), "outer": _point(span - leaf, arms)}
@@ -257,7 +260,7 @@ def _quarter(wide: Form, arms: Form, span: Form, material: str, is_straight: boo
             "inner_leaf": {**_leaf(["output", "inner"], material), "end_offset": [0, 0, str(offset * 0.5)]},
             "outer_leaf": {**_leaf(["outer", "input"], material), "start_offset": [0, 0, str(offset * -0.5)]},
         }
-        section = {"shape": "rectangle", "width": "drive_depth", "thickness": str(_size("web") * STOUT)}
+        section = {"shape": "rectangle", "width": "drive_depth", "thickness": str(bar)}
         own["links"] = {
             "arm": {"nodes": ["inner", "outer"], "material": material, "reference": "z", "section": section}
         }
@@ -326,14 +329,15 @@ def _half_of(stack: Stack, top: Top | None) -> float:
 def bridge_ratio(sizes: Mapping[str, float], stack: Stack, top: Top | None = None) -> float:
     """How many times as far the output of a bridge moves as its stack gets longer."""
     run = stack.length / 2 + sizes.get("seat", 0.0) - _half_of(stack, top)
-    arms, thick = _reach_of(sizes["leaf"], run, sizes["web"])
+    web = sizes["web"]
+    arms, thick = _reach_of(sizes["leaf"], run, web, sizes.get("bar", STOUT * web))
     return sizes["offset"] * arms / (sizes["offset"] ** 2 + thick**2)
 
 
-def _reach_of(leaf: float, run: float, web: float) -> tuple[float, float]:
+def _reach_of(leaf: float, run: float, web: float, bar: float) -> tuple[float, float]:
     """l + a and g, m, of a bridge whose leaves and arms go so far."""
     arm = run - 2 * leaf
-    return leaf + arm, float(web * np.sqrt((1 + arm / (2 * STOUT * leaf)) / (3 * STRIP)))
+    return leaf + arm, float(web * np.sqrt((1 + web * arm / (2 * bar * leaf)) / (3 * STRIP)))
 
 
 def rhombus_ratio(sizes: Mapping[str, float], stack: Stack, top: Top | None = None) -> float:
@@ -389,7 +393,7 @@ def _frame_sizes(
         if is_straight:
             arms, thick = run, web / np.sqrt(STRIP)
         else:
-            arms, thick = _reach_of(leaf.value, run, web)
+            arms, thick = _reach_of(leaf.value, run, web, STOUT * web)
         ratio = min(wanted, arms / (2 * thick))
         if ratio < needed:
             continue
@@ -419,10 +423,10 @@ def _at_platform(sizes: dict[str, Size], stack: Stack, top: Top, is_straight: bo
     e, offset, web, seat = stack.edge, sizes["offset"], sizes["web"], sizes.get("seat", Size(0.0, 0.0, 0.0))
     if seat.value + top.block > top.beside - stack.length / 2:
         return {}
-    for times in (3.0, 2.0, 1.5, 1.25):
+    for times, bar in product((3.0, 2.0, 1.5, 1.25), (0.0,) if is_straight else (5.0, 4.0, 3.0)):
         thick = times * web.value
         rise = 0.12 * top.tall if top.tall else -8 * thick
-        over = (0.5 if is_straight else STOUT / 2) * thick + CLEAR * e
+        over = max(thick, 1.25 * bar * web.value) / 2 + CLEAR * e
         most = (top.below + rise - 2 * thick) / 2 - over
         if most >= 1.2 * offset.value:
             break
@@ -439,6 +443,8 @@ def _at_platform(sizes: dict[str, Size], stack: Stack, top: Top, is_straight: bo
         "depth": Size((shallowest + deepest) / 2, shallowest, deepest),
         "foot": Size((lowest + highest) / 2, lowest, highest),
     }
+    if bar:
+        found["bar"] = Size(bar * web.value, min(2.0, bar) * web.value, 1.25 * bar * web.value)
     if seat.value:
         found["seat"] = Size(seat.value, seat.least, min(seat.most, top.beside - stack.length / 2 - top.block))
     if top.tall:
