@@ -84,7 +84,9 @@ class Wished:
     own_material: str | None = None
     size: tuple[float, ...] | None = None
     values: dict[str, float] = field(default_factory=dict)
+    middle: tuple[float, float, float] | None = None
     more: float = 0.0
+    more_at: tuple[float, float, float] | None = None
     soft: tuple[str, ...] = ()
     cannot: str = ""
     stacks: tuple[str, ...] = ()
@@ -121,6 +123,18 @@ WISHED = {
         platform="mass",
         soft=("x",),
         cannot="gravity, that takes away stiffness",
+    ),
+    # heel and lever as one; the lever and what it carries are where they have as large a moment of inertia
+    "lever": Wished(
+        "heel",
+        ("ry",),
+        process="wire-cut",
+        about=(0.0, 0.0, 0.043),
+        size=(0.0636, 0.008, 0.012),
+        middle=(0.0282, 0.0, 0.052),
+        more=0.0225,
+        more_at=(0.05, 0.0, 0.052),
+        stacks=("piezo",),
     ),
     "parallelogram": Wished("stage", ("x",), material=STEEL, own_material=ALUMINIUM),
     "rcm_pivot": Wished("stage", ("ry",), process="wire-cut", about=CENTRE),
@@ -166,7 +180,6 @@ WISHED = {
 UNTOLD = {
     "bistable": "a wish has no word for a second position",
     "gripper": "a wish has one platform, and it has two fingers that move against each other",
-    "lever": "not read",
     "scott_russell": "not read",
     "xy_theta": "not read",
 }
@@ -201,7 +214,9 @@ def read_off(name: str) -> Reading:
     middle, half = bodies.origin[k], bodies.half[k]
     is_round = bool(bodies.is_round[k]) and abs(bodies.axes[k][0] @ normal) > 0.99
     size = wished.size or ((2 * half[1], 2 * half[0]) if is_round else tuple(np.abs(bodies.axes[k].T @ (2 * half))))
-    if wished.size is not None:  # as one from the face that is nearest the base
+    if wished.middle is not None:
+        middle = np.array(wished.middle)
+    elif wished.size is not None:  # as one from the face that is nearest the base
         middle = middle + normal * (wished.size[-1] / 2 - float(half[0]))
     about = np.array(wished.about) if wished.about is not None else middle
     material = wished.own_material or wished.material
@@ -215,6 +230,8 @@ def read_off(name: str) -> Reading:
     rest = sum(whole[n] for n in moved) + wished.more - float(solid)
     axes = [own for own in wished.freedoms if own[0] == "r"]
     own_inertia = {own: sum(_inertia(bodies, n, whole[n], about, own) for n in moved) for own in axes}
+    if wished.more_at is not None:
+        own_inertia = {own: x + wished.more * _arm(wished.more_at - about, own) for own, x in own_inertia.items()}
     alone = {own: _solid_inertia(size, is_round, normal, float(solid), middle - about, own) for own in axes}
     arms = {own: _arm(middle - about, own) for own in axes}
     for own in axes:

@@ -40,7 +40,7 @@ DISTANCES = (0.7, 0.85, 0.5)
 AZIMUTHS = 24
 """Steps of a turn."""
 
-SPENT = 0.95
+SPENT = 0.92
 """Of the stroke of stacks at a distance at which they alone reach; model errors take the rest."""
 
 AT_LUGS = (0.6, 0.3, 0.0)
@@ -89,7 +89,7 @@ def driven(listed: Sequence[Topology], room: Room, wish: Wish, thinnest: float) 
         if places.any():
             drive = drives[int(places.argmax())]
             found.append(replace(own, name=f"{own.name}, moved by {drive.name}", drive=drive))
-    if not found:
+    if listed and not found:
         kinds = " or ".join(next(iter(drives)).name for drives in options.values())
         raise OptionError(
             f"wish.drives: {kinds} would reach, and have no place beside the limbs of any of the {len(listed)}"
@@ -169,10 +169,10 @@ def _stands(room: Room, wish: Wish, amplifier: Amplifier) -> Iterator[_Stand]:
 def _below(room: Room, wish: Wish, count: int, quarters: int) -> Iterator[_Stand]:
     """Upright ones, evenly around the middle: first as far from it as stacks alone reach, the stiffer against tilts."""
     low = np.array([*room.middle[:2], room.middle[2] - room.platform[2]])
-    edge = float(room.platform[:2].min())
     for share in (0.0, None, *DISTANCES) if count == 1 else (None, *DISTANCES):
         for n in range(AZIMUTHS // 2 if share == 0.0 else AZIMUTHS // count):
             angles = 2 * np.pi * (n / AZIMUTHS + np.arange(count) / count)
+            edge = _edge(room, float(angles[0]), count)
             radial = edge * np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
             away = share if share is not None else _reaching(low, radial, room, wish)
             for k in range(1 if away == 0.0 else quarters if away < 1 - ALONG else 0):
@@ -187,11 +187,22 @@ def _reaching(low: Array, radial: Array, room: Room, wish: Wish) -> float:
     does not matter."""
     assert wish.drives is not None
     frames = np.tile(np.eye(3), (len(radial), 1, 1))
-    near, far = (_displacements(low + away * radial, frames, room, wish)[1] for away in (0.5, 1.0))
+    outs = np.linspace(0.1, 0.95, 86)
     way = SPENT * wish.drives.stack.free_stroke / 2
-    if not np.isfinite(near + far) or far - near < ALONG * far or not near - (far - near) < way:
+    most = np.array([_displacements(low + out * radial, frames, room, wish)[1] for out in outs])
+    if not (most <= way).any() or not (np.isinf(most) | (most > way)).any():
         return np.inf
-    return 0.5 + 0.5 * (way - near) / (far - near)
+    return float(outs[np.where(most <= way, most, -np.inf).argmax()])
+
+
+def _edge(room: Room, angle: float, count: int) -> float:
+    """How far it is from the middle of the platform to its edge, where so many around it are below it, the first at an
+    azimuth, m."""
+    a, b = (float(own) for own in room.platform[:2])
+    if count > 2 or room.shape == "cylinder":
+        return min(a, b)
+    with np.errstate(divide="ignore"):
+        return float(min(a / abs(np.cos(angle)), b / abs(np.sin(angle))))
 
 
 def _fitted(

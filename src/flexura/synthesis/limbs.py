@@ -333,7 +333,7 @@ def _pair(apart: Terms, row: Row) -> tuple[Row, ...]:
 def _on_post(joint: str, profile: str, link: str, **sizes: Limit) -> Kind:
     """A stiff post on a joint, which is where the wished axes meet."""
     up: Terms = {"post": (0, 0, 1), "radius": (0, 0, -1)}
-    sizes = {"post": Limit(0.1, 0.9, "room"), "radius": SMALL, **sizes, "web": WEB}
+    sizes = {"post": Limit(0.065, 0.9, "room"), "radius": SMALL, **sizes, "web": WEB}
     return Kind(f"post on a {joint}", sizes, _row((link, up), (profile, _HINGE)), {}, "post", {"post": (0, 0, 1)})
 
 

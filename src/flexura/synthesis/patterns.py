@@ -82,6 +82,9 @@ SPACING = 0.05
 SAMPLES = 24
 """Points along a member at which it is held against what is in its way."""
 
+MOST_OF_POST = 0.95
+"""Radius of a notch over the length of the post on it, at most."""
+
 WIDEST = 1.5
 """Room along a limb over the greatest width of its flexures."""
 
@@ -118,7 +121,7 @@ def sites(room: Room, count: int) -> list[Site]:
     heights = {own for own in heights if low - ALONG * room.size <= own <= high + ALONG * room.size}
     found = [Site("below", 0.0, float(low), 0.0)] if count == 1 else []
     for angle, reach in _edges(room, count):
-        found += [Site("below", angle, float(low), reach, out) for out in RADII]
+        found += [Site("below", angle, float(low), reach, out) for out in (*RADII, *_below_point(room, angle, reach))]
         if count == 3 and room.shape == "box":
             continue
         for height in sorted(heights, key=lambda own: abs(own - z)):
@@ -126,6 +129,14 @@ def sites(room: Room, count: int) -> list[Site]:
             if room.shape == "cylinder" or min(np.abs(np.sin(angle)), np.abs(np.cos(angle))) < ALONG:
                 found.append(Site("beside", angle, height, reach + lug))
     return found
+
+
+def _below_point(room: Room, angle: float, reach: float) -> Iterator[float]:
+    """Where towards an azimuth the point of the wish is above or below the platform, over the way to its edge."""
+    away = (room.about - room.middle)[:2]
+    out = float(np.hypot(*away)) / reach
+    if LUG < out < 1 - LUG and np.abs(away - out * reach * np.array([np.cos(angle), np.sin(angle)])).max() < ALONG * reach:
+        yield out
 
 
 def _edges(room: Room, count: int) -> Iterator[tuple[float, float]]:
@@ -451,6 +462,8 @@ def limits_of(pattern: Pattern, room: Room, thinnest: float) -> dict[str, tuple[
     for name, limit in pattern.kind.sizes.items():
         low, high = limit.least * scales[limit.of], limit.most * scales[limit.of]
         high = min(high, max(1.5 * low, limit.share * pattern.run))
+        if name == "radius" and pattern.kind.pinned == "post":
+            high = min(high, MOST_OF_POST * pattern.held)
         found[name] = (pattern.held, pattern.held) if name == pattern.kind.pinned else (low, high)
     return found
 
@@ -640,7 +653,7 @@ def fitted(pattern: Pattern, room: Room, thinnest: float) -> Pattern | None:
     ):
         return None
     walls = {deep: posts_at(replace(pattern, deep=deep), room, np.eye(3), []) for deep in (True, False)}
-    if not walls[True]:
+    if not walls[True] or any(low > high for low, high in limits_of(pattern, room, thinnest).values()):
         return None
     if not any(post.name.endswith(BELOW) for post in walls[True]):
         del walls[False]
