@@ -52,7 +52,7 @@ LONGEST_ROD, SHORTEST_ROD = 3.0, 0.8
 NARROW = 0.35
 """Half the width of a platform at whose sides arms begin, over the length of the stack, at most."""
 
-AMPLE = 2.0
+AMPLE = 1.15
 """How many times as far as is needed stacks alone have to go for amplifiers not to be listed."""
 
 _GRID = np.array(list(product(np.linspace(-1.0, 1.0, 9), repeat=3)))
