@@ -32,6 +32,9 @@ AMPLE = 1.0
 MOST_TAKEN = 0.1
 """Of a number, at most, that is put down to these: with more an optimum of rigid bodies says little."""
 
+STEP = 1e-4
+"""Of a size, over itself, for how a gap changes with it."""
+
 ACCURACY = 1e-5
 """Change of the first frequency, over itself, at which an optimum is one."""
 
@@ -150,6 +153,8 @@ class Optima:
             limits += apart(stiff, own.candidate.gap, self.at_rest.file.wish.gap, self.at_rest.room)
         elif drive.top is not None and len(drive.heads) == 1:
             limits += _apart_of_held(drive, own, self.at_rest, stiff)
+        else:
+            limits += _apart_of_driven(own, self.at_rest)
         limits += extents_of(self.at_rest.listed[own.number], self.at_rest.room, stiff).limits()
         found, ended = climbed(stiff, maximise="f1", subject_to=limits, accuracy=ACCURACY, seconds=max(seconds, 1.0))
         return np.array([found[name] for name in stiff.parameters]), ended
@@ -202,6 +207,24 @@ def _apart_of_held(drive: Drive, own: Judged, of: AtRest, stiff: Mechanism) -> l
     least = min(float(own.left.values({})[0] / own.right.values({})[0]) for own in pairs)
     gap = wish.gap * (1 + 2 * SPARE) * least / own.candidate.gap
     return [f"{soft} >= {gap:.6g}*({own})" for own in constraints] if np.isfinite(gap) else []
+
+
+def _apart_of_driven(own: Judged, of: AtRest) -> list[str]:
+    """The same where stacks push by rods, without which the gap is asked: its logarithm by the sizes, linear about a
+    design."""
+    values = {name: float(p.value) for name, p in own.mechanism.parameters.items()}  # type: ignore[arg-type]
+    limbs = [name for name in values if not name.startswith("drive_")]
+    steps = np.concatenate([np.zeros((1, len(limbs))), STEP * np.eye(len(limbs))])
+    designs = {name: np.full(len(steps), x) for name, x in values.items()}
+    designs |= {name: values[name] * (1 + step) for name, step in zip(limbs, steps.T, strict=True)}
+    with np.errstate(divide="ignore", invalid="ignore"):
+        gaps = np.log(of.gaps(of.listed[own.number], plan_of(own.mechanism), designs))
+    slopes = (gaps[1:] - gaps[0]) / STEP
+    if not limbs or not np.isfinite(slopes).all() or not np.isfinite(own.candidate.gap):
+        return []
+    least = np.log(of.file.wish.gap * (1 + SPARE) / own.candidate.gap) + slopes.sum()
+    terms = (f"({slope:.6g})*{name}/({values[name]:.9g} m)" for name, slope in zip(limbs, slopes, strict=True))
+    return [f"{' + '.join(terms)} >= {least:.6g}"]
 
 
 def _compliance(v: Array) -> str:
