@@ -21,13 +21,17 @@ from flexura.synthesis.wish import Room
 ROUNDED = 1e-3
 """How far designs may reach beyond the envelope, as their sizes have four digits, over its smallest edge."""
 
+THIN = 0.01
+"""Least edge of posts, over the same."""
+
 _SIGNS = np.array(list(product((-1.0, 1.0), repeat=3)))
 
 
 @dataclass(frozen=True)
 class Extents:
-    """Where a topology reaches beyond the envelope, or is too near to itself: `constants` (k,) and `slopes` (k, p) times
-    its sizes by `names`, m, are to be zero at most. What is so for all sizes within their limits is left out."""
+    """Where a topology reaches beyond the envelope, is too near to itself, or has posts that are too thin: `constants`
+    (k,) and `slopes` (k, p) times its sizes by `names`, m, are to be zero at most. What is so for all sizes within
+    their limits is left out."""
 
     names: tuple[str, ...]
     constants: Array
@@ -58,9 +62,9 @@ def extents_of(topology: Topology, room: Room, mechanism: Mechanism) -> Extents:
     step = np.maximum(high - low, ALONG * room.size)
 
     def beyond(values: Array) -> Array:
-        points, near = _corners(topology, room, dict(zip(parameters, values.tolist(), strict=True)))
+        points, others = _drawn(topology, room, dict(zip(parameters, values.tolist(), strict=True)))
         x = points - [0.0, 0.0, room.half[2]]
-        return np.append(np.concatenate([x - room.half, -x - room.half], axis=1).ravel(), near)
+        return np.concatenate([(x - room.half).ravel(), (-x - room.half).ravel(), others])
 
     at = beyond(first)
     slopes = np.array([(beyond(first + own) - at) / own.max() for own in np.diag(step)]).reshape(len(step), -1).T
@@ -83,21 +87,25 @@ def _needed(rows: Array, low: Array, high: Array) -> list[int]:
     return kept
 
 
-def _corners(topology: Topology, room: Room, values: Mapping[str, float]) -> tuple[Array, list[float]]:
-    """Corners (n, 3) of limbs and drives in the room, m, and by how much what moves comes too near to what stands."""
-    found, near = list[Array](), list[float]()
+def _drawn(topology: Topology, room: Room, values: Mapping[str, float]) -> tuple[Array, Array]:
+    """Corners (n, 3) of limbs and drives in the room, m, by how much what moves comes too near to what stands, and
+    posts are too thin (k,), m."""
+    corners, others = list[Array](), list[float]()
     for letter, pattern in zip("abc", topology.patterns, strict=False):
         radius, site = radius_name(letter, pattern), pattern.site
         own = replace(pattern, site=site._replace(out=values[radius] / site.reach)) if radius else pattern
         sizes = {name: values.get(f"{letter}_{name}", own.held) for name in own.kind.sizes}
-        found.append(corners_of(own, posts_at(own, room, np.eye(3), []), room, sizes))
-        near += too_near(own, room, sizes)
+        posts = posts_at(own, room, np.eye(3), [])
+        corners.append(corners_of(own, posts, room, sizes))
+        others += too_near(own, room, sizes)
+        for low, high in (post.ends(sizes) for post in posts):
+            others += (THIN * room.size - (high - low)).tolist()
     if (drive := topology.drive) is not None:
         sizes = {name: values[f"drive_{name}"] for name in drive.sizes}
         middles, halves = hull_of(drive.amplifier.parts(drive.stack, "", drive.sizes, drive.top), sizes)
         local = (middles[:, None] + _SIGNS * halves[:, None]).reshape(-1, 3)
-        found.append((local @ drive.frames.transpose(0, 2, 1) + drive.heads[:, None]).reshape(-1, 3))
-    return np.concatenate(found), near
+        corners.append((local @ drive.frames.transpose(0, 2, 1) + drive.heads[:, None]).reshape(-1, 3))
+    return np.concatenate(corners), np.array(others)
 
 
 def beyond_envelope(model: FullOrderModel, room: Room) -> tuple[str, ...]:

@@ -135,7 +135,10 @@ def _below_point(room: Room, angle: float, reach: float) -> Iterator[float]:
     """Where towards an azimuth the point of the wish is above or below the platform, over the way to its edge."""
     away = (room.about - room.middle)[:2]
     out = float(np.hypot(*away)) / reach
-    if LUG < out < 1 - LUG and np.abs(away - out * reach * np.array([np.cos(angle), np.sin(angle)])).max() < ALONG * reach:
+    if (
+        LUG < out < 1 - LUG
+        and np.abs(away - out * reach * np.array([np.cos(angle), np.sin(angle)])).max() < ALONG * reach
+    ):
         yield out
 
 
