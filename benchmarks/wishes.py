@@ -205,8 +205,7 @@ def read_off(name: str) -> Reading:
     bars, bodies = solids_of(model)
     stacks = [_stack(model, own) for own in wished.stacks]
     k = bodies.names.index(wished.platform or wished.body)
-    corners = [bodies.pieces(n).reshape(-1, 3) for n in range(len(bodies.names))]
-    corners += [bars.pieces(n).reshape(-1, 3) for n in range(len(bars.names))]
+    corners = [own.pieces(n).reshape(-1, 3) for own in (bodies, bars) for n in range(len(own.names))]
     corners += [own.ends + side for own in stacks for side in own.sides]
     low, high = np.concatenate(corners).min(axis=0), np.concatenate(corners).max(axis=0)
     normal = TURNS[wished.base][:, 2]

@@ -39,7 +39,7 @@ WISHES = {
   platform: {size: [30 mm, 30 mm]}
 """,
 }
-MOST = 12
+MOST = 6
 
 
 def read(text):
