@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from flexura.synthesis import Wish, room_of, topologies
-from flexura.synthesis.patterns import as_drawn
+from flexura.synthesis.patterns import RADII, as_drawn
 
 FIRST = 10
 
@@ -92,7 +92,7 @@ WIRE_CUT, MILLED = "wire-cut", "milled"
         ),
         pytest.param(
             (["ry"], (0, 0, 0.02), "cylinder", "z-", WIRE_CUT),
-            [[["1 upright post on a notch in the middle"]]],
+            [[["1 upright post on a notch in the middle"]], [["1 upright cartwheel in the middle below"]]],
             id="notch",
         ),
         pytest.param(
@@ -156,3 +156,25 @@ def test_a_hexapod_of_three_pairs_of_wires_that_lean_to_each_other_is_among_thos
         np.allclose(one, mirrored * other, atol=1e-9) and abs(one[1]) > 0.1 and abs(a.site.azimuth - b.site.azimuth) > 1
         for (one, other), (a, b) in zip(ways, hexapods, strict=True)
     )
+
+
+def test_limbs_that_lean_towards_a_centre_begin_at_several_distances():
+    """All of them point at it, and those nearer the middle are the steeper ones."""
+    found = listed(["ry"], (0.0, 0.0, 0.06))
+    leaning = [own.patterns[0] for own in found if own.name.startswith("2 radial-upright leaves below")]
+    room = room_of(wish(["ry"], (0.0, 0.0, 0.06)))
+    out = [own.site.out for own in leaning]
+    assert sorted(out) == sorted(RADII)
+    for own in leaning:
+        away = room.about - own.site.head(room)
+        np.testing.assert_allclose(np.cross(own.axes[:, 2], away), 0.0, atol=1e-9)
+    rise = [-own.axes[2, 2] for own in leaning]
+    assert np.all(np.diff(np.array(rise)[np.argsort(out)]) < 0)
+
+
+def test_a_layer_a_hundred_times_as_long_as_thin_is_answered():
+    own = wish(["x"], shape="box", process="printed")
+    own = own.model_copy(
+        update={"envelope": (2e-4, 4e-4, 2e-6), "make": own.make.model_copy(update={"thinnest": 5e-7})}
+    )
+    assert topologies(room_of(own), own.make.process, 5e-7)

@@ -45,7 +45,7 @@ from flexura.synthesis.wish import ROOM, Room
 COUNTS = (1, 2, 3, 4)
 """Limbs of a pattern."""
 
-RADII = (0.8, 0.65, 0.5, 0.35)
+RADII = (0.8, 0.7, 0.6, 0.5, 0.4)
 """Distances from the axis of sites below the platform, over the way to its edge: as drawn first, and those of limbs
 that are right at the one distance alone at which they are drawn."""
 

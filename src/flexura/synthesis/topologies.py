@@ -123,16 +123,17 @@ def _room_of(own: Sequence[Pattern]) -> float:
 
 
 def _sorted(listed: Sequence[Topology]) -> list[Topology]:
-    """The plainest first, of those that differ in heights and azimuths alone: then all others, again the plainest
-    first. Those that are the same in words, which do not tell the sides of arms and which way round limbs lead, are
-    numbered."""
+    """The plainest first, of those that differ in heights, azimuths and distances from the middle alone: then all
+    others, again the plainest first. Those that are the same in words, which do not tell the sides of arms and which
+    way round limbs lead, are numbered."""
     seen: set[tuple[object, ...]] = set()
     firsts, others = [], []
     for own in sorted(listed, key=_plainness):
         alike = tuple(
             (p.kind.name, p.count, p.site.where, _rounded(np.abs(p.site.axes.T @ p.axes[:, 1:]))) for p in own.patterns
         )
-        (others if alike in seen else firsts).append(own)
+        is_further = any(p.site.out < RADII[0] for p in own.patterns if p.site.where == "below")
+        (others if alike in seen or is_further else firsts).append(own)
         seen.add(alike)
     counts: dict[str, int] = {}
     listed = []
