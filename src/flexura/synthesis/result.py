@@ -22,11 +22,11 @@ class Candidate(Record):
     as `2R1T`.
 
     `limbs` hold it, with `over` constraints more than are needed. `gap` is how many times as compliant its stiffest
-    freedom is as its softest constraint, at rest or at an end of the stroke, where it is least, rotations counted at a
-    quarter of the larger edge of the envelope, and `least_gap` what it is to be; `first_hz` and
-    `mass` (kg) are those of the mechanism, and `requirements` have their verdicts, those over strokes among them.
-    `clashes` are solids that meet, at rest or over the stroke, in words. `made` are files beside it for making it, and
-    `not_made` says why there are no others; both are empty where nothing was tried.
+    freedom is as its softest constraint, at rest or at an end of the stroke, where it is least, rotations counted
+    at a quarter of the larger edge of the envelope, and `least_gap` what it is to be; `first_hz` and `mass` (kg)
+    are those of the mechanism, and `requirements` have their verdicts, those over strokes among them. `clashes` are
+    solids that meet, at rest or over the stroke, or are beyond the envelope, in words. `made` are files beside it
+    for making it, and `not_made` says why there are no others; both are empty where nothing was tried.
     """
 
     _shown = ("file", "topology", "freedoms")
