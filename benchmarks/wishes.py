@@ -180,8 +180,8 @@ WISHED = {
 UNTOLD = {
     "bistable": "a wish has no word for a second position",
     "gripper": "a wish has one platform, and it has two fingers that move against each other",
-    "scott_russell": "not read",
-    "xy_theta": "not read",
+    "scott_russell": "what it leads straight is a point of a link that turns, and a wish is of bodies",
+    "xy_theta": "its stacks push along three directions, and those of a wish along one",
 }
 """Mechanisms of which no wish is read, and why."""
 

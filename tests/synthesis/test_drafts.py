@@ -37,14 +37,14 @@ def drafted(freedoms, about, process, most):
 
 
 def slim(mechanism):
-    """The same with its thinnest flexures; notches, which bend over so little, and leaves beside wires, which are as
-    soft along themselves as leaves across, with a thirtieth and a tenth of that."""
+    """The same with its thinnest flexures; leaves, notches, which bend over so little, and leaves beside wires, which
+    are as soft along themselves as leaves across, with a third, a thirtieth and a tenth of that."""
     sizes = mechanism.parameters
 
     def thin(name):
         letter, size = name.split("_", 1)
         beside = size == "thickness" and f"{letter}_diameter" in sizes
-        return 1 / 30 if size == "web" else 0.1 if beside else 1.0
+        return 1 / 30 if size == "web" else 0.1 if beside else 0.3 if size == "thickness" else 1.0
 
     least = {
         name: thin(name) * float(own.minimum)
@@ -62,14 +62,14 @@ def slim(mechanism):
 
 
 WISHES = [
-    (["x"], (0.0, 0.0, 0.0)),
-    (["z"], (0.0, 0.0, 0.0)),
+    (["x"], (0.0, 0.0, 0.135)),
+    (["z"], (0.0, 0.0, 0.135)),
     (["ry"], (0.0, 0.0, 0.225)),
     (["rx", "ry", "z"], (0.0, 0.0, 0.135)),
     (["rx", "ry"], (0.0, 0.0, 0.12)),
     (["rz"], (0.0, 0.0, 0.0)),
-    (["x", "y", "rz"], (0.0, 0.0, 0.0)),
-    (["x", "y", "z"], (0.0, 0.0, 0.0)),
+    (["x", "y", "rz"], (0.0, 0.0, 0.135)),
+    (["x", "y", "z"], (0.0, 0.0, 0.135)),
     (["ry"], (0.0, 0.0, 0.08)),
     (["rx", "ry", "rz"], (0.0, 0.0, 0.06)),
     ([], (0.0, 0.0, 0.0)),

@@ -19,6 +19,7 @@ from flexura.synthesis.drives import driven
 from flexura.synthesis.wish import STACK, Stack
 
 THINNEST = 1e-4
+MILLED = {"thinnest": THINNEST, "process": "milled"}
 
 
 def wish(freedoms, drives, stroke, about=(0.0, 0.0, 0.0), envelope=(0.1, 0.1, 0.06), **more):
@@ -35,7 +36,12 @@ def listed(own: Any, most: int = 4) -> Any:
 
 
 def first(found, kind):
-    return next(own for own in found if own.drive.kind == kind)
+    return next(own for own in beside(found) if own.drive.kind == kind and own.drive.top is None)
+
+
+def beside(found):
+    """Those of limbs beside the drives."""
+    return [own for own in found if own.patterns]
 
 
 def slim(mechanism):
@@ -56,17 +62,17 @@ def reached(mechanism):
 
 def alone(amplifier, needed, stack=STACK):
     """A drive on the ground with its tip free, and its ratio by kinematics."""
-    sizes = next(iter(amplifier.sizes(stack, 3e-4, 8e-3, needed)))
-    parts = amplifier.parts(stack, "Al-7075-T6")
+    sizes = next(iter(amplifier.sizes(stack, 3e-4, 8e-3, needed, None)))
+    parts = amplifier.parts(stack, "Al-7075-T6", sizes, None)
     data = {
         "name": amplifier.name,
         "parameters": {f"drive_{name}": f"{1e3 * own.value} mm" for name, own in sizes.items()},
-        "substructures": substructures(parts, stack, "tip"),
+        "substructures": substructures(parts, stack, parts.tips),
         "instances": {"drive": {"of": "drive"}},
         "ground": {f"drive.{held}": "clamped" for held in parts.held},
     }
     own = with_rigid_bodies(described({key: value for key, value in data.items() if value}, amplifier.name))
-    return own, amplifier.ratio({name: size.value for name, size in sizes.items()}, stack), parts.sign
+    return own, amplifier.ratio({name: size.value for name, size in sizes.items()}, stack, None), parts.sign
 
 
 @pytest.mark.parametrize("amplifier", AMPLIFIERS[1:], ids=lambda own: own.name)
@@ -132,6 +138,57 @@ def test_drives_are_clear_of_all_else_and_in_the_envelope(own):
             assert room.outside(head + corners @ frame.T).max() < 1e-6
 
 
+@pytest.mark.parametrize("kind", ["bridge", "rhombus"])
+@pytest.mark.parametrize(
+    "platform",
+    [
+        {"shape": "box", "size": (6e-3, 8e-3, 5e-3), "at": (0.0, 0.0, 19e-3)},
+        {"shape": "cylinder", "size": (20e-3, 4e-3), "at": (0.0, 0.0, 25e-3)},
+    ],
+    ids=["sides", "below"],
+)
+def test_arms_that_begin_at_the_platform_hold_it_and_move_it_by_their_ratio(kind, platform):
+    """At the sides of a narrow platform, below a wide one: whatever the sizes are all is in one piece and in place."""
+    own = wish(["z"], "1 piezo stack along z", {"z": 20e-6}, envelope=(0.05, 0.03, 0.03), platform=platform)
+    room = room_of(own)
+    found = driven([], room, own, THINNEST)
+    (topology,) = (each for each in found if each.drive.kind == kind)
+    drive = topology.drive
+    assert topology.name == f"1 {kind} around a piezo stack" and not topology.patterns
+    assert (drive.top.tall > 0) is (platform["shape"] == "box")
+    mechanism = draft(topology, WishFile(wish=own), room, "draft")
+    assert dumps(loads(dumps(mechanism))) == dumps(mechanism)
+    asked = "amplification(drive1.stack, about.z)"
+    ratio = questions(plan_of(with_rigid_bodies(mechanism)), asked).values({}).value[0, 0]
+    assert -ratio == pytest.approx(drive.ratio, rel=0.1)
+    assert drive.ratio >= drive.needed
+    for end in ("minimum", "maximum"):
+        sizes = {name: p.model_copy(update={"value": getattr(p, end)}) for name, p in mechanism.parameters.items()}
+        assert all(float(p.minimum) < float(p.maximum) for p in sizes.values())
+        clashes = fx.check(mechanism.replaced({"parameters": sizes})).clashes
+        assert not [each.text for each in clashes if each.kind == "clash"]
+
+
+def test_amplifiers_hold_nothing_that_may_tilt():
+    """Where more is free than a translation along the stacks rods lead to the platform."""
+    own = wish(["rx", "ry", "z"], "3 piezo stacks along z", {"z": 20e-6, "rx": 1e-3, "ry": 5e-4}, (0.0, 0.0, 0.054))
+    assert all(each.drive.top is None for each in listed(own)[1])
+
+
+def test_a_stack_by_itself_stands_where_it_just_reaches():
+    """Beside the axis of a wished rotation, along a platform that is longer than wide."""
+    platform = {"shape": "box", "size": (60e-3, 8e-3, 12e-3), "at": (0.0, 0.0, 52e-3)}
+    about, stack = (-27e-3, 0.0, 43e-3), {"free_stroke": 36e-6, "stiffness": 3e7, "length": 36e-3, "edge": 5e-3}
+    drives = {"kind": "piezo stack", "count": 1, "along": "z"} | stack
+    own = wish(["ry"], drives, {"ry": 1.7e-3}, about, (66e-3, 8e-3, 58e-3), platform=platform, make=MILLED)
+    _, found = listed(own)
+    drive = found[0].drive
+    assert drive.kind == "none"
+    arm = abs(drive.heads[0, 0] - about[0])
+    assert 0.87 < arm * 1.7e-3 / 18e-6 < 0.93
+    assert "post on a notch" in found[0].name
+
+
 def test_several_freedoms_are_reached_at_all_corners_where_it_is_said():
     """The stacks that lead to each corner, by inverting what they move, are within their strokes, and the least reach
     is no more than that."""
@@ -147,6 +204,7 @@ def test_several_freedoms_are_reached_at_all_corners_where_it_is_said():
     least = min(each.value / stroke for each, stroke in zip(found, strokes, strict=True))
     assert [each.name for each in found] == [f"reach {name}" for name in own.stroke]
     assert 0.5 < least <= STACK.free_stroke / 2 / most * (1 + 1e-9)
+    assert least > 0.98 * STACK.free_stroke / 2 / most  # stacks that are even around the axis move one by one
 
 
 def test_without_stacks_a_topology_is_what_it_was():
@@ -157,12 +215,14 @@ def test_without_stacks_a_topology_is_what_it_was():
     (of,) = topologies(room, own.make.process, THINNEST)[:1]
     bare = draft(of, WishFile(wish=own), room, "draft")
     assert dumps(bare) == dumps(draft(of, WishFile(wish=plain), room, "draft"))
-    assert not set(bare.parameters) - set(draft(found[0], WishFile(wish=own), room, "draft").parameters)
+    assert not set(bare.parameters) - set(draft(beside(found)[0], WishFile(wish=own), room, "draft").parameters)
 
 
 def test_what_no_amplifier_reaches_is_told_with_the_ratio():
     own = wish(["z"], "1 piezo stack along z", {"z": 2e-3}, envelope=(0.06, 0.06, 0.04))
-    with pytest.raises(OptionError, match=r"takes 4000 um .* a ratio of 267 .* a bridge gives \d+ at most, a lever"):
+    with pytest.raises(
+        OptionError, match=r"takes 4000 um .* a ratio of 267 .* a bridge gives \d+ at most, a rhombus .* a lever"
+    ):
         listed(own)
 
 

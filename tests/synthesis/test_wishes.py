@@ -3,6 +3,7 @@
 import importlib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import flexura as fx
@@ -39,6 +40,29 @@ def test_the_wish_of_the_parallelogram_is_its_stage_on_two_leaves(wishes):
     assert listed[0].name == "2 upright leaves below, wide tangentially"
 
 
-@pytest.mark.parametrize("name", ["cross_spring", "cartwheel", "infinity_hinge", "rpr", "tip_tilt"])
+@pytest.mark.parametrize("name", ["cross_spring", "cartwheel", "infinity_hinge", "lever", "rpr", "tip_tilt"])
 def test_no_wish_moves_less_than_its_mechanism_about_axes_that_are_free(wishes, name):
     assert all(own > 0.97 for own in wishes.read_off(name).inertia.values())
+
+
+def test_the_wish_of_a_bridge_has_its_stack_and_the_stroke_that_it_gives(wishes):
+    mechanism = fx.load(entry("bridge").path)
+    reading = wishes.read_off("bridge")
+    wish = read_as(WishFile, wishes.text_of_wish(reading.data), "wish").wish
+    assert list(wish.freedoms.platform) == ["z"]
+    assert wish.drives.count == 1 and wish.drives.stack == pytest.approx((36e-6, 30e6, 36e-3, 5e-3, 7e-3))
+    given = abs(float(fx.questions(mechanism, "coupling(piezo, output.z)").values({}).value[0, 0])) * 150 / 2
+    assert 0.9 < wish.stroke_twist[2] / given <= 1.0  # what it surely gives, to either side
+    assert reading.data["wish"]["gap"] < 10  # without its stack it gives way across sooner than along
+    assert not wishes.UNTOLD.keys() & wishes.WISHED.keys()
+
+
+def test_strokes_of_several_stacks_are_given_all_at_once(wishes):
+    reading = wishes.read_off("tip_tilt_piston")
+    strokes = read_as(WishFile, wishes.text_of_wish(reading.data), "wish").wish.stroke_twist
+    z, rx, ry = strokes[2], strokes[3], strokes[4]
+    assert rx == pytest.approx(ry)
+    angles = 2 * 3.141592653589793 / 3 * np.arange(3)
+    ways = z + 0.015 * (rx * np.abs(np.sin(angles)) + ry * np.abs(np.cos(angles)))
+    assert 0.93 < ways.max() / 15.5e-6 < 1.0
+    assert all(own > 0.97 for own in reading.inertia.values())

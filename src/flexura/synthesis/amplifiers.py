@@ -435,8 +435,8 @@ def _at_platform(sizes: dict[str, Size], stack: Stack, top: Top, is_straight: bo
     most = min((most + 1.2 * offset.value) / 2, offset.most)
     highest = top.below + rise - 2 * (most + over)  # of the lower root
     lowest = max(2 * thick, highest - 2 * e)
-    deepest = min(top.deep, 3 * e if is_straight else sizes["leaf"].least / SHORTEST_LEAF)
-    shallowest = min(1.05 * e, deepest)
+    deepest = min(top.deep, 3 * e if is_straight else max(1.25 * e, sizes["leaf"].least / SHORTEST_LEAF))
+    shallowest = min(1.05 * e, 0.9 * deepest)
     found = sizes | {
         "web": Size(web.value, web.least, thick),
         "offset": Size(offset.value, offset.least, most),

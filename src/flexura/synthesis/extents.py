@@ -95,7 +95,7 @@ def _drawn(topology: Topology, room: Room, values: Mapping[str, float]) -> tuple
         radius, site = radius_name(letter, pattern), pattern.site
         own = replace(pattern, site=site._replace(out=values[radius] / site.reach)) if radius else pattern
         sizes = {name: values.get(f"{letter}_{name}", own.held) for name in own.kind.sizes}
-        posts = posts_at(own, room, np.eye(3), [])
+        posts = posts_at(pattern, room, np.eye(3), [])
         corners.append(corners_of(own, posts, room, sizes))
         others += too_near(own, room, sizes)
         for low, high in (post.ends(sizes) for post in posts):
