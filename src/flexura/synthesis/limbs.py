@@ -419,7 +419,7 @@ def _kinds() -> Iterator[Kind]:
         {
             "length": Limit(0.2, 0.99, "room"),
             "inner": Limit(0.1, 0.6, "across"),
-            "outer": Limit(0.7, 0.92, "across"),
+            "outer": Limit(0.7, 0.97, "across"),
             "width": WIDTH,
             "thickness": THICKNESS,
         },

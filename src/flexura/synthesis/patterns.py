@@ -338,7 +338,8 @@ def patterns(room: Room, process: str) -> list[Pattern]:
                     aside = passing and kind.width and "thickness" in kind.sizes and not kind.pinned
                     run = (whole if aside else apart) - behind[kind.name] * (abs(d[2]) < 1 - ALONG)
                     across = _across(room, site, ARM_AT * run * d, axes[:, 0], _turns(count), kind)
-                    across -= beside[kind.name]
+                    is_along = abs(axes[2, 1]) > 1 - ALONG  # posts of its feet stand along its width
+                    across -= min(beside[kind.name], BREADTH * room.size) if is_along else beside[kind.name]
                     if run < SHORTEST * room.size or (kind.is_broad and across < NARROWEST * room.size):
                         continue
                     pinned = site.where == "below" and np.abs(other.T @ W).max(initial=0.0) > ALONG

@@ -269,7 +269,8 @@ class _Feet:
         if self.ground.frame and self.k == 1:
             return [self._block(low, high, self.feet, "x+" if out > 0 else "x-")]
         if self.k == 1:
-            low[0], high[0] = (near, outer) if out > 0 else (outer, near)
+            edge = plus(self.at, {None: out * POST * size / 2, "thickness": 0.5 * out})
+            low[0], high[0] = (near, edge) if out > 0 else (edge, near)
             return [self._standing(low, high, self.feet)]
         bracket = self._block(low, high, self.feet, None)
         low[0], high[0] = (inner, outer) if out > 0 else (outer, inner)
