@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import re
 import time
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,8 +14,9 @@ from flexura.arrays import Array
 from flexura.errors import FlexuraError
 from flexura.full_order import assemble, plan_of
 from flexura.mechanism import Mechanism, with_rigid_bodies
+from flexura.structure import Plan
 from flexura.study.optimum import climbed
-from flexura.study.questions import questions, relation
+from flexura.study.questions import limits_at, poses_of, questions, relation
 from flexura.study.requirements import Requirement, requirements
 from flexura.synthesis.amplifiers import Drive
 from flexura.synthesis.drafts import draft, ends_of, with_values
@@ -74,7 +76,10 @@ def judged(of: AtRest, number: int, values: Array) -> Judged:
     found = requirements(plan) if mechanism.requirements else None
     asked = questions(plan, "f1, mass").values({}).value[0]
     sizes = {name: np.array([float(p.value)]) for name, p in mechanism.parameters.items()}  # type: ignore[arg-type]
-    meeting = () if found is None else tuple(own.text for own in found.limits if own.kind == "contact")
+    meeting = [] if found is None else [own.text for own in found.limits if own.kind == "contact"]
+    ends = ends_of(of.file.wish, of.room)
+    if not any(" over " in text for text in mechanism.requirements.values()):
+        meeting += _meeting_at(plan, ends)
     return Judged(
         number,
         mechanism,
@@ -84,7 +89,7 @@ def judged(of: AtRest, number: int, values: Array) -> Judged:
             freedoms=freedoms_in_short(of.room.freedoms),
             limbs=own.n_limbs,
             over=own.over,
-            gap=float(of.gaps(own, plan, sizes, ends_of(of.file.wish, of.room))[0]),
+            gap=float(of.gaps(own, plan, sizes, ends)[0]),
             least_gap=of.file.wish.gap,
             first_hz=float(asked[0]),
             mass=float(asked[1]),
@@ -92,6 +97,13 @@ def judged(of: AtRest, number: int, values: Array) -> Judged:
             clashes=(*clashes_of(mechanism), *meeting, *beyond_envelope(assemble(plan), of.room)),
         ),
     )
+
+
+def _meeting_at(plan: Plan, poses: Sequence[str]) -> Iterator[str]:
+    """What meets at poses, in words."""
+    for text in poses:
+        for pose in poses_of(plan, {}, questions(plan, f"compliance(about.x) at {text}").quantities[0]):
+            yield from (own.text for own in limits_at(plan, {}, pose) if own.kind == "contact")
 
 
 @dataclass(frozen=True)
