@@ -67,7 +67,7 @@ def test_what_cannot_be_is_told_where_it_stands(keys, told):
 )
 def test_strokes_along_screws_move_the_point_of_the_wish(screws, stroke, moves):
     """By as many of its components as there are freedoms: a turn by a about z moves what is b below its axis by a b."""
-    wish = read(freedoms=f"{{screws: {screws}}}", stroke=stroke)
+    wish = read(freedoms=f"{{screws: {screws}}}", stroke=stroke, about="[0, 0, 0]")
     found = _move(wish, room_of(wish))
     ends = {name: float(end.split()[0]) / 1e3 for name, (_, end) in found.items()}
     assert ends.keys() == moves.keys()
