@@ -566,7 +566,7 @@ class Drive:
     @property
     def without_force(self) -> Drive:
         """The same of stacks that give way: what of it holds the platform."""
-        return replace(self, stack=self.stack._replace(stiffness=GIVES_WAY))
+        return replace(self, stack=self.stack._replace(stiffness=SLACK))
 
     @property
     def name(self) -> str:
@@ -591,7 +591,7 @@ class Drive:
         return float(np.sqrt((beyond**2).sum(axis=-1).min()))
 
 
-GIVES_WAY = 1.0
+SLACK = 1.0
 """Stiffness, N/m, of stacks that hold nothing."""
 
 _PLURALS = {"bridge": "bridges", "rhombus": "rhombi", "lever": "levers"}
