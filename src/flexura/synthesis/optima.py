@@ -167,9 +167,12 @@ class Optima:
             limits += _apart_of_held(drive, own, self.at_rest, stiff)
         else:
             limits += _apart_of_driven(own, self.at_rest)
-        limits += extents_of(self.at_rest.listed[own.number], self.at_rest.room, stiff).limits()
+        extents = extents_of(self.at_rest.listed[own.number], self.at_rest.room, stiff)
+        limits += extents.limits()
         found, ended = climbed(stiff, maximise="f1", subject_to=limits, accuracy=ACCURACY, seconds=max(seconds, 1.0))
-        return np.array([found[name] for name in stiff.parameters]), ended
+        begun = np.array([float(p.value) for p in stiff.parameters.values()])  # type: ignore[arg-type]
+        values = np.array([[found[name] for name in stiff.parameters]])
+        return extents.within(begun, values)[0], ended  # one that is cut short may be beyond
 
 
 def with_spare(rigid: Mechanism, own: Requirement, promised: float) -> str:
