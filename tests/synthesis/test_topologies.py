@@ -89,7 +89,7 @@ processes = st.sampled_from(["assembled", "milled", "printed", "wire-cut"])
 heights = st.sampled_from([0.0, 0.01, 0.032, 0.036, 0.08])
 
 
-@settings(max_examples=6, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=10, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(subsets, heights, st.sampled_from([0.0, 0.01, -0.05]), shapes, processes)
 def test_limbs_bear_what_is_not_wished_and_nothing_else(freedoms, height, aside, shape, process):
     about = (aside, 0.0, height)
@@ -103,7 +103,7 @@ def test_limbs_bear_what_is_not_wished_and_nothing_else(freedoms, height, aside,
         assert own.over == len(W) - (6 - len(freedoms))
 
 
-@settings(max_examples=4, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=6, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(subsets, heights, planes, shapes, processes)
 def test_any_wish_is_answered_and_the_same_when_it_is_turned(freedoms, height, plane, shape, process):
     """Permuted axes with another base plane are the same wish."""

@@ -87,7 +87,7 @@ def _data(topology: Topology, file: WishFile, room: Room, name: str) -> dict[str
 def _parameters(letter: str, own: Pattern, room: Room, thinnest: float) -> dict[str, Any]:
     """Sizes of a pattern with their limits."""
     limits = {name: ends for name, ends in limits_of(own, room, thinnest).items() if name != own.kind.pinned}
-    values = {name: low + own.share * (high - low) for name, (low, high) in limits.items()}
+    values = dict(drawn_first(own, room, thinnest))
     if (radius := radius_name(letter, own)) is not None:
         name = radius.removeprefix(f"{letter}_")
         low, high = (own.site.reach * k for k in RADIUS_LIMITS)
@@ -136,8 +136,8 @@ def _substructure(letter: str, own: Pattern, room: Room, make: Make) -> dict[str
         (flexures if PROFILES[profile].free else links)[name] = member
     found: dict[str, Any] = {"nodes": nodes, "flexures": flexures, "links": links, "bodies": {}}
     interface = list(own.kind.heads)
-    for name, corners in own.kind.blocks.items():
-        block = _block(letter, own, terms, axes, corners, material)
+    for name, (low, high) in own.kind.blocks.items():
+        block = _box(letter, own, (_forms(low), _forms(high)), axes, material, terms)
         found["bodies"][name] = block | {"carries": list(own.kind.at(name))}
     if own.has_lug:
         found["bodies"]["lug"] = _lug(letter, own, room, terms, axes, material)
@@ -147,26 +147,28 @@ def _substructure(letter: str, own: Pattern, room: Room, make: Make) -> dict[str
     return {key: value for key, value in found.items() if value} | {"interface": interface}
 
 
-def _block(
+def _box(
     letter: str,
     own: Pattern,
-    terms: list[tuple[str | None, Array]],
+    ends: tuple[Sequence[Form], Sequence[Form]],
     axes: Array,
-    corners: tuple[Terms, Terms],
     material: str,
+    at: Sequence[tuple[str | None, Array]] = (),
 ) -> dict[str, Any]:
-    """A box along the axes of a limb between two of its corners."""
-    low, high = (
-        [with_fixed({size: c[k] for size, c in end.items()}, own.kind.pinned, own.held) for k in range(3)]
-        for end in corners
-    )
+    """A box along axes between two of its corners, about a point or the origin."""
+    low, high = ([with_fixed(form, own.kind.pinned, own.held) for form in end] for end in ends)
     middle = [plus({None: 0.0}, a, b, by=0.5) for a, b in zip(low, high, strict=True)]
     edges = [plus(b, a, by=-1.0) for a, b in zip(low, high, strict=True)]
     return {
-        "centre": _point([*terms, *_along(letter, middle, axes)]),
+        "centre": _point([*at, *_along(letter, middle, axes)]),
         "solid": {"shape": "box", "size": [_length(letter, edge) for edge in edges], "material": material},
         "rotate": _rotation(axes),
     }
+
+
+def _forms(corner: Terms) -> list[Form]:
+    """A corner by its coordinates."""
+    return [{size: c[k] for size, c in corner.items()} for k in range(3)]
 
 
 def _along(letter: str, place: Sequence[Form], axes: Array) -> list[tuple[str | None, Array]]:
@@ -180,13 +182,8 @@ def _along(letter: str, place: Sequence[Form], axes: Array) -> list[tuple[str | 
 
 def _post(letter: str, own: Pattern, post: Post, material: str) -> dict[str, Any]:
     """A block of the base."""
-    low, high = ([with_fixed(form, own.kind.pinned, own.held) for form in ends] for ends in (post.low, post.high))
-    middle = [plus({None: 0.0}, a, b, by=0.5) for a, b in zip(low, high, strict=True)]
-    edges = [plus(b, a, by=-1.0) for a, b in zip(low, high, strict=True)]
     return {
-        "centre": _point(_along(letter, middle, post.axes)),
-        "solid": {"shape": "box", "size": [_length(letter, edge) for edge in edges], "material": material},
-        "rotate": _rotation(post.axes),
+        **_box(letter, own, (post.low, post.high), post.axes, material),
         **({"held": {"face": post.held}} if post.held else {}),
         **({"carries": list(post.carries)} if post.carries else {}),
     }
