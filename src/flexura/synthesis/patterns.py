@@ -290,6 +290,11 @@ def _directions(site: Site, borne: Array) -> list[Array]:
     return list({tuple(np.round(d, 6) + 0.0): d for d in units}.values())
 
 
+def _is_plain(site: Site, d: Array) -> bool:
+    """Whether a direction of the grammar is one wherever the site is."""
+    return len(np.unique(np.round(np.abs(site.axes.T @ d), 6))) == 2
+
+
 def _widths(site: Site, d: Array) -> list[Array]:
     """Directions across d along which a limb may be wide."""
     across = [own for own in site.axes.T if abs(own @ d) < ALONG]
@@ -343,7 +348,7 @@ def patterns(room: Room, process: str) -> list[Pattern]:
                     if run < SHORTEST * room.size or (kind.is_broad and across < NARROWEST * room.size):
                         continue
                     pinned = site.where == "below" and np.abs(other.T @ W).max(initial=0.0) > ALONG
-                    if not pinned and site.out < RADII[0]:
+                    if not pinned and site.out < RADII[0] and not _is_plain(site, d):
                         continue
                     bears = W[:, : W.shape[1] // 2]
                     own_pattern = Pattern(kind, site, axes, count, run, across, bears, bool(pinned), held, aside=aside)

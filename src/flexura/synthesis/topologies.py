@@ -25,7 +25,6 @@ from flexura.synthesis.patterns import (
     LEAST_AWAY,
     RADII,
     Pattern,
-    Site,
     about_z,
     as_drawn,
     fitted,
@@ -132,7 +131,7 @@ def _sorted(listed: Sequence[Topology]) -> list[Topology]:
         alike = tuple(
             (p.kind.name, p.count, p.site.where, _rounded(np.abs(p.site.axes.T @ p.axes[:, 1:]))) for p in own.patterns
         )
-        is_further = any(p.site.out < RADII[0] for p in own.patterns if p.site.where == "below")
+        is_further = any(p.pinned and p.site.out < RADII[0] for p in own.patterns)
         (others if alike in seen or is_further else firsts).append(own)
         seen.add(alike)
     counts: dict[str, int] = {}
@@ -178,10 +177,12 @@ def _first_that_fit(every: Sequence[Pattern], room: Room, thinnest: float) -> li
     found: dict[tuple[object, ...], tuple[int, Pattern]] = {}
     for k in sorted(range(len(every)), key=lambda k: _roominess(every[k], room)):
         own = every[k]
-        P = _rounded(_projection(own, room))
+        is_moved = own.site.where == "below" and not own.pinned
+        alike = own.site._replace(out=RADII[0]) if is_moved else own.site
+        P = _rounded(_projection(replace(own, site=alike), room))
         e, d = own.axes[:, 1], own.axes[:, 2]
         lines = _rounded(np.outer(e, e)) if own.kind.width else P, _rounded(np.outer(d, d))
-        key = own.kind.name, own.site._replace(height=0.0), own.count, lines, P
+        key = own.kind.name, alike._replace(height=0.0), own.count, lines, P
         if key not in found and (fits := fitted(own, room, thinnest)):
             found[key] = k, fits
     return [own for _, own in sorted(found.values(), key=lambda own: own[0])]
@@ -189,7 +190,8 @@ def _first_that_fit(every: Sequence[Pattern], room: Room, thinnest: float) -> li
 
 def _roominess(own: Pattern, room: Room) -> tuple[float, ...]:
     """What patterns of the same are sorted by: nearest the middle of the platform, with the most room."""
-    return abs(own.site.height - room.middle[2]), -round(own.run, 9), -own.across
+    inside = 0.0 if own.pinned else -own.site.out
+    return abs(own.site.height - room.middle[2]), inside, -round(own.run, 9), -own.across
 
 
 def _rounded(own: Array) -> bytes:
@@ -286,14 +288,15 @@ def _named(own: Pattern, room: Room) -> str:
     if own.kind.width:
         e = np.abs(own.site.axes.T @ own.axes[:, 1])
         wide = f", wide {('radially', 'tangentially', 'upright')[int(np.argmax(e))]}"
-    return f"{own.count} {'-'.join(words)} {kind} {_place(own.site, room)}{wide}"
+    return f"{own.count} {'-'.join(words)} {kind} {_place(own, room)}{wide}"
 
 
-def _place(site: Site, room: Room) -> str:
+def _place(own: Pattern, room: Room) -> str:
     """Where a pattern is, in words."""
+    site = own.site
     angle = f" from {np.degrees(site.azimuth):.0f} deg on" if abs(site.azimuth) > ALONG else ""
     if site.where == "below":
-        further = f" {100 * site.out:.0f} % out" if site.out < RADII[0] else ""
+        further = f" {100 * site.out:.0f} % out" if own.pinned and site.out < RADII[0] else ""
         return f"below{further}{angle}" if site.reach else "in the middle below"
     up = site.height - room.middle[2]
     if abs(up) < ALONG * room.size:
