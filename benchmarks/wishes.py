@@ -156,6 +156,7 @@ WISHED = {
     "tip_tilt_piston": Wished(
         "plate",
         ("rx", "ry", "z"),
+        frame=True,
         material="17-4PH",
         about=CENTRE,
         size=(0.044, 0.0086),

@@ -21,6 +21,9 @@ from flexura.synthesis.wish import Room
 ROUNDED = 1e-3
 """How far designs may reach beyond the envelope, as their sizes have four digits, over its smallest edge."""
 
+DIGITS = 1e-4
+"""What the last digits of sizes may add, over the same."""
+
 THIN = 0.01
 """Least edge of posts, over the same."""
 
@@ -36,10 +39,14 @@ class Extents:
     names: tuple[str, ...]
     constants: Array
     slopes: Array
+    digits: float
+    """What the last digits of sizes may add, m."""
 
     def within(self, inside: Array, values: Array) -> Array:
-        """Sizes (n, p), each of them led towards some that are inside (p,) until it is within the envelope."""
+        """Sizes (n, p), each of them led towards some that are inside (p,) until it is within the envelope, but for
+        what their last digits add, and no farther beyond it than these."""
         own, others = (self.constants + v @ self.slopes.T for v in (inside, values))
+        own, others = (x - np.maximum(own, 0.0) - self.digits for x in (own, others))
         with np.errstate(divide="ignore", invalid="ignore"):
             share = np.where(others > 0, np.clip(own / (own - others), 0.0, 1.0), 1.0).min(axis=1, initial=1.0)
         return inside + share[:, None] * (values - inside)
@@ -73,7 +80,7 @@ def extents_of(topology: Topology, room: Room, mechanism: Mechanism) -> Extents:
     rows = np.concatenate([constants[:, None], slopes], axis=1)[most > ALONG * room.size]
     rows = rows[np.unique(np.round(rows, 9), axis=0, return_index=True)[1]]
     rows = rows[_needed(rows, low, high)]
-    return Extents(tuple(parameters), rows[:, 0], rows[:, 1:])
+    return Extents(tuple(parameters), rows[:, 0], rows[:, 1:], DIGITS * room.size)
 
 
 def _needed(rows: Array, low: Array, high: Array) -> list[int]:

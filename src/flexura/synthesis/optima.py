@@ -40,6 +40,9 @@ STEP = 1e-4
 ACCURACY = 1e-5
 """Change of the first frequency, over itself, at which an optimum is one."""
 
+ROUNDED = 1e-4
+"""Sizes, over themselves, that are the same, as files have four digits."""
+
 ROUNDS = 4
 """Searches of an optimum, at most, each with limits moved by what is known of the last one."""
 
@@ -61,10 +64,14 @@ class Judged:
         return -self.candidate.n_met, -self.candidate.least_margin
 
     @property
+    def sizes(self) -> Array:
+        """Values (p,) of its parameters."""
+        return np.array([float(own.value) for own in self.mechanism.parameters.values()])  # type: ignore[arg-type]
+
+    @property
     def key(self) -> str:
         """A name for its topology and sizes."""
-        sizes = [float(own.value) for own in self.mechanism.parameters.values()]  # type: ignore[arg-type]
-        return hashlib.sha256(f"{self.number} {sizes}".encode()).hexdigest()[:16]
+        return hashlib.sha256(f"{self.number} {self.sizes.tolist()}".encode()).hexdigest()[:16]
 
 
 def judged(of: AtRest, number: int, values: Array) -> Judged:
@@ -135,6 +142,8 @@ class Optima:
         for _ in range(ROUNDS):
             try:
                 values, ended = self._from(last, end - time.monotonic())
+                if np.allclose(values, last.sizes, rtol=ROUNDED, atol=0.0):
+                    break
                 last = judged(self.at_rest, best.number, values)
             except FlexuraError:
                 break
@@ -144,8 +153,8 @@ class Optima:
                 break
             if not ended:
                 break
-        sizes = [float(own.value) for own in best.mechanism.parameters.values()]  # type: ignore[arg-type]
-        return {"values": np.array(sizes if best is not self.begun[number] else []), "ended": np.array(ended)}
+        found = best.sizes if best is not self.begun[number] else np.array([])
+        return {"values": found, "ended": np.array(ended)}
 
     @staticmethod
     def _ample(own: Judged) -> set[str]:
@@ -168,11 +177,16 @@ class Optima:
         else:
             limits += _apart_of_driven(own, self.at_rest)
         extents = extents_of(self.at_rest.listed[own.number], self.at_rest.room, stiff)
-        limits += extents.limits()
-        found, ended = climbed(stiff, maximise="f1", subject_to=limits, accuracy=ACCURACY, seconds=max(seconds, 1.0))
-        begun = np.array([float(p.value) for p in stiff.parameters.values()])  # type: ignore[arg-type]
+        found, ended = climbed(
+            stiff,
+            maximise="f1",
+            subject_to=limits,
+            within=extents.limits(),
+            accuracy=ACCURACY,
+            seconds=max(seconds, 1.0),
+        )
         values = np.array([[found[name] for name in stiff.parameters]])
-        return extents.within(begun, values)[0], ended  # one that is cut short may be beyond
+        return extents.within(own.sizes, values)[0], ended  # limits that are not linear in steps may be left a little
 
 
 def with_spare(rigid: Mechanism, own: Requirement, promised: float) -> str:
@@ -203,7 +217,7 @@ def apart(rigid: Mechanism, gap: float, least: float, room: Room) -> list[str]:
     taken = soft.min(initial=np.inf) / stiff.max(initial=0.0) / gap
     most = least * (1 + SPARE) * (float(np.clip(taken, 1.0, 1 / MOST_TAKEN)) if np.isfinite(taken) else 1.0)
     a, b = ([_compliance(own * scale) for own in basis.T] for basis in (free @ R, rest @ S))
-    return [f"{one} >= {most:g}*({other})" for one in a for other in b]
+    return [f"({one})/({other}) >= {most:g}" for one in a for other in b]
 
 
 def _apart_of_held(drive: Drive, own: Judged, of: AtRest, stiff: Mechanism) -> list[str]:
@@ -221,7 +235,7 @@ def _apart_of_held(drive: Drive, own: Judged, of: AtRest, stiff: Mechanism) -> l
     pairs = [relation(stiff, f"{soft} >= {own}") for own in constraints]
     least = min(float(own.left.values({})[0] / own.right.values({})[0]) for own in pairs)
     gap = wish.gap * (1 + 2 * SPARE) * least / own.candidate.gap
-    return [f"{soft} >= {gap:.6g}*({own})" for own in constraints] if np.isfinite(gap) else []
+    return [f"({soft})/({own}) >= {gap:.6g}" for own in constraints] if np.isfinite(gap) else []
 
 
 def _apart_of_driven(own: Judged, of: AtRest) -> list[str]:

@@ -14,10 +14,11 @@ from flexura.errors import OptionError, SolverError
 from flexura.full_order import plan_of
 from flexura.mechanism import Mechanism, OptimumStudy
 from flexura.structure import Plan, one_design
-from flexura.study.optimum.climb import Method, best_of, climb
+from flexura.study.optimum.climb import Method, best_of
 from flexura.study.optimum.discrete import Chosen, chosen_alone, chosen_with_others
 from flexura.study.optimum.front import front
 from flexura.study.optimum.landscape import Landscape
+from flexura.study.optimum.linear import Steps
 from flexura.study.optimum.outcome import optimum_of, pareto_of
 from flexura.study.optimum.results import Optimum, Pareto
 from flexura.study.optimum.task import task_of
@@ -105,21 +106,31 @@ def _no_design(land: Landscape) -> SolverError:
 
 
 def climbed(
-    model: Mechanism | Plan, *, maximise: str, subject_to: Sequence[str], accuracy: float, seconds: float
+    model: Mechanism | Plan,
+    *,
+    maximise: str,
+    subject_to: Sequence[str],
+    within: Sequence[str] = (),
+    accuracy: float,
+    seconds: float,
 ) -> tuple[dict[str, float], bool]:
     """The design that one search leads to from a design, over all its parameters within their limits, by name, SI, and
     whether the search came to its end in time.
 
-    The search ends when the goal changes by less than `accuracy`, over its size, or with the best design after so many
-    `seconds`; nothing of it is proven. The requirements of the description are left out. Raises as `optimize`.
+    A search begins with what is missed of `subject_to`, and never leaves what is to be kept `within`. It ends when a
+    step promises less than `accuracy` of the goal, over its size, or with the best design after so many `seconds`;
+    nothing of it is proven. The requirements of the description are left out. Raises as `optimize`.
     """
     plan = plan_of(model)
-    asked = {"vary": list(plan.mechanism.parameters), "maximise": maximise, "minimise": None, "subject_to": subject_to}
+    asked = {"vary": list(plan.mechanism.parameters), "maximise": maximise, "minimise": None}
+    asked["subject_to"] = [*subject_to, *within]
     task = task_of(plan, {}, {**asked, "requirements": False})
     first = task.starts(1, 0)
     with time_limit(seconds):
         mixed, _, _ = task.mixed(first)
-        found = climb(mixed.land, task.box.positions(first)[0], accuracy=accuracy)
+        lower = np.array([own.sense < 0 and own.right.is_constant for own in task.limits], dtype=bool)
+        kept = np.arange(len(lower)) >= len(subject_to)
+        found = Steps(mixed.land, lower & ~kept, kept).climb(task.box.positions(first)[0], accuracy)
     if found.best is None:
         raise _no_design(mixed.land)
     return dict(zip(task.names, task.box.values(found.best.z).tolist(), strict=True)), found.in_time
