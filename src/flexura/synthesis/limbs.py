@@ -445,7 +445,7 @@ def _kinds() -> Iterator[Kind]:
             "thickness": THICKNESS,
         },
         _pair(across, Row({}, ((LEAF, to_block),), ends="block"))
-        + _pair({"spacing": (0, 0, 0.8)}, Row(root, ((LEAF, _ASIDE),), begins="block")),
+        + _pair({"spacing": (0, 0, 0.9)}, Row(root, ((LEAF, _ASIDE),), begins="block")),
         {
             "block": (
                 plus(to_block, {"spacing": (-0.5, 0, 0), "thickness": (-2, 0, 0), "width": (0, -0.5, 0)}),

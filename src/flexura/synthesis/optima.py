@@ -40,8 +40,7 @@ STEP = 1e-4
 ACCURACY = 1e-5
 """Change of the first frequency, over itself, at which an optimum is one."""
 
-ROUNDED = 1e-4
-"""Sizes, over themselves, that are the same, as files have four digits."""
+OVER_STROKE = " over stroke"
 
 ROUNDS = 4
 """Searches of an optimum, at most, each with limits moved by what is known of the last one."""
@@ -142,10 +141,10 @@ class Optima:
         for _ in range(ROUNDS):
             try:
                 values, ended = self._from(last, end - time.monotonic())
-                if np.allclose(values, last.sizes, rtol=ROUNDED, atol=0.0):
-                    break
-                last = judged(self.at_rest, best.number, values)
+                before, last = last.key, judged(self.at_rest, best.number, values)
             except FlexuraError:
+                break
+            if last.key == before:
                 break
             if last.rank < best.rank:
                 best = last
@@ -161,6 +160,12 @@ class Optima:
         """Names of requirements over strokes that are amply met."""
         return {each.name for each in own.candidate.requirements if " over " in each.text and margin_of(each) > AMPLE}
 
+    def _at_ends(self, text: str) -> list[str]:
+        """What is asked over the stroke as asked at its ends, where members are known one by one."""
+        ends = ends_of(self.at_rest.file.wish, self.at_rest.room)
+        asked = text.removesuffix(OVER_STROKE)
+        return [f"{asked} at {end}" for end in ends] if ends and asked != text else [text]
+
     def _from(self, own: Judged, seconds: float) -> tuple[Array, bool]:
         """Where a search from a design leads to, within what is required but for what is amply met over the stroke,
         and whether it came to its end. Raises FlexuraError."""
@@ -169,6 +174,7 @@ class Optima:
         pairs = zip(own.candidate.requirements, rigid, strict=True)
         left_out = self._ample(own)
         limits = [with_spare(stiff, bending, of.value) for bending, of in pairs if bending.name not in left_out]
+        limits = [own for text in limits for own in self._at_ends(text)]
         drive = self.at_rest.listed[own.number].drive
         if drive is None:
             limits += apart(stiff, own.candidate.gap, self.at_rest.file.wish.gap, self.at_rest.room)

@@ -184,8 +184,13 @@ class _Feet:
         self.way, profile = _leading(kind, feet[0], unit)
         u, e = axes @ self.way, axes[:, 1]
         self.B: Array = np.array([np.cross(e, u), e, u]).T
+        rise = self.B.T @ ground.up
+        self.k: int = int(np.argmax(np.abs(rise)))
+        self.up: float = float(np.sign(rise[self.k])) if np.abs(rise).max() > 1 - ALONG else 0.0
+        self.is_back: bool = self.way[2] < -ALONG
+        self.is_held_behind: bool = not self.up or (ground.frame and self.k != 2 and not self.is_back)
         thick, wide = SECTIONS[profile]
-        stout = max(ground.stout, 1.0) * ground.size
+        stout = (1.0 if self.is_held_behind else max(ground.stout, 1.0)) * ground.size
         beside = ground.beside if "width" in wide else POST / 2 * stout
         half = plus({None: POST / 2 * stout}, thick), plus({None: beside}, wide)
         places = np.array([axes @ unit[foot] for foot in feet]) @ self.B
@@ -199,9 +204,6 @@ class _Feet:
         self.high: list[Form] = [plus(at[k][last[k]], half[k]) for k in (0, 1)] + [behind]
         self.outside: float = float(np.sign(places[0, 0]))
         self.back: Form = {size: BRACKET * c[2] for size, c in kind.nodes[feet[0]].items() if abs(c[2]) > ALONG}
-        rise = self.B.T @ ground.up
-        self.k: int = int(np.argmax(np.abs(rise)))
-        self.up: float = float(np.sign(rise[self.k])) if np.abs(rise).max() > 1 - ALONG else 0.0
         if (
             self.k != 2 and self.up and set(at[self.k][0]) == {None}
         ):  # none of it is below the base or above the envelope
@@ -216,12 +218,11 @@ class _Feet:
 
     def posts(self) -> list[Post]:
         """What they stand on; nothing where that would cross what moves."""
-        is_back = self.way[2] < -ALONG
-        if not self.up or (self.ground.frame and self.k != 2 and not is_back):
+        if self.is_held_behind:
             return [self._block(self.low, self.high, self.feet, "z+")]
         if self.k == 2 and self.up < 0:
             return [self._standing(self.low, self.high, self.feet)]
-        if is_back:
+        if self.is_back:
             return self._under_bracket()
         return self._wall() if self.k != 2 else []
 
