@@ -40,6 +40,9 @@ STEP = 1e-4
 ACCURACY = 1e-5
 """Change of the first frequency, over itself, at which an optimum is one."""
 
+SAME = 1e-3
+"""Change of sizes, over themselves, from one search to the next that is none."""
+
 OVER_STROKE = " over stroke"
 
 ROUNDS = 4
@@ -141,16 +144,14 @@ class Optima:
         for _ in range(ROUNDS):
             try:
                 values, ended = self._from(last, end - time.monotonic())
-                before, last = last.key, judged(self.at_rest, best.number, values)
+                before, last = last.sizes, judged(self.at_rest, best.number, values)
             except FlexuraError:
-                break
-            if last.key == before:
                 break
             if last.rank < best.rank:
                 best = last
             elif best.candidate.meets_all:
                 break
-            if not ended:
+            if not ended or np.allclose(last.sizes, before, rtol=SAME, atol=0.0):
                 break
         found = best.sizes if best is not self.begun[number] else np.array([])
         return {"values": found, "ended": np.array(ended)}
