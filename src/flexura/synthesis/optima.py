@@ -68,7 +68,8 @@ class Judged:
     @property
     def sizes(self) -> Array:
         """Values (p,) of its parameters."""
-        return np.array([float(own.value) for own in self.mechanism.parameters.values()])  # type: ignore[arg-type]
+        values = (own.value for own in self.mechanism.parameters.values())
+        return np.array([float(x) for x in values])  # type: ignore[arg-type]
 
     @property
     def key(self) -> str:

@@ -12,10 +12,11 @@ from flexura.deadline import OutOfTime
 from flexura.study.optimum.climb import NO_ANSWER_BEYOND, Climb
 from flexura.study.optimum.landscape import FailedDesign, Landscape, Sample
 
-PENALTY = 100.0
-"""Goal, over its scale, that a violation costs, over that of its limit or as a logarithm."""
+PENALTY = 10.0
+"""Goal that a violation costs, both over their scales or as logarithms: more than multipliers are, yet so little that
+steps along curved limits are not cut short."""
 
-FIRST_RADIUS, LEAST_RADIUS = 0.2, 1e-3
+FIRST_RADIUS, LEAST_RADIUS = 0.2, 1e-4
 """Positions that a step may be long, at first and before the search ends."""
 
 WELL, POOR = 0.75, 0.25
@@ -30,13 +31,14 @@ class Steps:
     with what is missed at a price (Fletcher and Sainz de la Maza 1989; Nocedal and Wright 2006, section 18.5).
 
     What is to be at least a constant, by limit in `by_logarithm` (l,), is linear as its logarithm, since from where it
-    is missed by far that is nearer to the truth. Limits that are `kept` (l,), which a start meets, have no price: no
-    step leaves them.
+    is missed by far that is nearer to the truth; so is a `positive` goal. Limits that are `kept` (l,), which a start
+    meets, have no price: no step leaves them.
     """
 
     land: Landscape
     by_logarithm: Bools
     kept: Bools
+    positive: bool = False
 
     def climb(self, start: Array, accuracy: float) -> Climb:
         """The best design from a position, where a step promises less than `accuracy`, or the time is over.
@@ -76,8 +78,14 @@ class Steps:
 
     def _merit(self, sample: Sample) -> float:
         """The goal less what its violation costs."""
-        margins, _ = self._margins(sample)
-        return sample.goal - PENALTY * max(-margins[~self.kept[sample.limit]].min(initial=0.0), 0.0)
+        (goals, _), (margins, _) = self._goals(sample), self._margins(sample)
+        return float(goals.min()) - PENALTY * max(-margins[~self.kept[sample.limit]].min(initial=0.0), 0.0)
+
+    def _goals(self, sample: Sample) -> tuple[Array, Array]:
+        """Goals (c,) and slopes (c, P)."""
+        if not self.positive:
+            return sample.goals, sample.goal_slopes
+        return np.log(sample.goals), sample.goal_slopes / sample.goals[:, None]
 
     def _margins(self, sample: Sample) -> tuple[Array, Array]:
         """Margins (l,) and slopes (l, P), of some as logarithms of one more."""
@@ -88,18 +96,18 @@ class Steps:
     def step(self, sample: Sample, radius: float) -> tuple[Array, float]:
         """The position (P,) that is best by a linear programme, and by how much more merit it promises."""
         P, c, m = len(sample.z), len(sample.goals), len(sample.margins)
-        margins, slopes = self._margins(sample)
+        (goals, goal_slopes), (margins, slopes) = self._goals(sample), self._margins(sample)
         kept = self.kept[sample.limit]
         rows = np.zeros((c + m, P + 2))  # of a step, the least version of the goal, and the worst violation
-        rows[:c, :P], rows[:c, P] = -sample.goal_slopes, 1.0
+        rows[:c, :P], rows[:c, P] = -goal_slopes, 1.0
         rows[c:, :P], rows[c:, P + 1] = -slopes, -1.0 * ~kept
         low, high = np.maximum(-radius, -sample.z), np.minimum(radius, 1.0 - sample.z)
         found = linprog(
             np.concatenate([np.zeros(P), [-1.0, PENALTY]]),
             A_ub=rows,
-            b_ub=np.concatenate([sample.goals, np.where(kept, np.maximum(margins, 0.0), margins)]),
+            b_ub=np.concatenate([goals, np.where(kept, np.maximum(margins, 0.0), margins)]),
             bounds=[*zip(low, high, strict=True), (None, None), (0.0, None)],
         )
-        if found.x is None:  # numbers too far apart for it
+        if found.x is None or found.fun is None:  # numbers too far apart for it
             return sample.z, -np.inf
         return np.clip(sample.z + found.x[:P], 0.0, 1.0), -float(found.fun) - self._merit(sample)

@@ -117,9 +117,9 @@ def climbed(
     """The design that one search leads to from a design, over all its parameters within their limits, by name, SI, and
     whether the search came to its end in time.
 
-    A search begins with what is missed of `subject_to`, and never leaves what is to be kept `within`. It ends when a
-    step promises less than `accuracy` of the goal, over its size, or with the best design after so many `seconds`;
-    nothing of it is proven. The requirements of the description are left out. Raises as `optimize`.
+    What is maximised is positive. A search begins with what is missed of `subject_to`, and never leaves what is
+    `within`. It ends when a step promises less than `accuracy`, over the goal, or with the best design after so many
+    `seconds`; nothing of it is proven. The requirements of the description are left out. Raises as `optimize`.
     """
     plan = plan_of(model)
     asked = {"vary": list(plan.mechanism.parameters), "maximise": maximise, "minimise": None}
@@ -130,7 +130,7 @@ def climbed(
         mixed, _, _ = task.mixed(first)
         lower = np.array([own.sense < 0 and own.right.is_constant for own in task.limits], dtype=bool)
         kept = np.arange(len(lower)) >= len(subject_to)
-        found = Steps(mixed.land, lower & ~kept, kept).climb(task.box.positions(first)[0], accuracy)
+        found = Steps(mixed.land, lower & ~kept, kept, positive=True).climb(task.box.positions(first)[0], accuracy)
     if found.best is None:
         raise _no_design(mixed.land)
     return dict(zip(task.names, task.box.values(found.best.z).tolist(), strict=True)), found.in_time
