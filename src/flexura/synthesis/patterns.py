@@ -30,6 +30,7 @@ from flexura.synthesis.posts import (
     BEHIND,
     BELOW,
     GAP,
+    HELD,
     MARGIN,
     SECTIONS,
     Ground,
@@ -314,7 +315,6 @@ def patterns(room: Room, process: str) -> list[Pattern]:
     fixed, moved = [kind for kind in kinds if not kind.pinned], [kind for kind in kinds if kind.pinned]
     every = np.concatenate([borne[kind.name] for kind in fixed], axis=1)
     first = np.cumsum([0, *(borne[kind.name].shape[1] for kind in fixed)])[:-1]
-    behind = {kind.name: (BEHIND - ROOM) * room.size * leads_on(kind) for kind in kinds}
     breadth = 0.0 if room.frame else BREADTH
     beside = {kind.name: 2 * (GAP + breadth) * room.size * leads_back(kind) for kind in kinds}
     found = []
@@ -325,6 +325,8 @@ def patterns(room: Room, process: str) -> list[Pattern]:
             if (whole := _run(room, site, d, _turns(count))) < SHORTEST * room.size:
                 continue
             apart = min(whole, _meeting(room, site, d) - 2 * LEAST_AWAY * room.size) if count > 1 else whole
+            upright, is_held = abs(d[2]) > 1 - ALONG, room.frame or abs(d[2]) > ALONG
+            behind = 0.0 if upright else ((HELD if is_held else BEHIND) - ROOM) * room.size
             passing = apart < whole and count == 2 and site.where == "below" and process != "wire-cut"
             here = []
             for (k, e), sign in product(enumerate(_widths(site, d)), (1.0, -1.0)):
@@ -341,7 +343,7 @@ def patterns(room: Room, process: str) -> list[Pattern]:
                     if kind.is_side_by_side and not sideways:  # they are a pattern of two, or of two rows
                         continue
                     aside = passing and kind.width and "thickness" in kind.sizes and not kind.pinned
-                    run = (whole if aside else apart) - behind[kind.name] * (abs(d[2]) < 1 - ALONG)
+                    run = (whole if aside else apart) - behind * leads_on(kind)
                     across = _across(room, site, ARM_AT * run * d, axes[:, 0], _turns(count), kind)
                     is_along = abs(axes[2, 1]) > 1 - ALONG  # posts of its feet stand along its width
                     across -= min(beside[kind.name], BREADTH * room.size) if is_along else beside[kind.name]

@@ -23,6 +23,9 @@ envelope."""
 BEHIND = 0.05
 """Depth of a wall behind a foot, over the same."""
 
+HELD = 0.02
+"""Depth of a block that is held behind its foot, and how much thicker it is on either side, over the same."""
+
 MARGIN = 0.02
 """How far posts reach beyond the edges of leaves, over the same."""
 
@@ -190,15 +193,15 @@ class _Feet:
         self.is_back: bool = self.way[2] < -ALONG
         self.is_held_behind: bool = not self.up or (ground.frame and self.k != 2 and not self.is_back)
         thick, wide = SECTIONS[profile]
-        stout = (1.0 if self.is_held_behind else max(ground.stout, 1.0)) * ground.size
-        beside = ground.beside if "width" in wide else POST / 2 * stout
-        half = plus({None: POST / 2 * stout}, thick), plus({None: beside}, wide)
+        around = (HELD if self.is_held_behind else POST / 2 * max(ground.stout, 1.0)) * ground.size
+        beside = ground.beside if "width" in wide else around
+        half = plus({None: around}, thick), plus({None: beside}, wide)
         places = np.array([axes @ unit[foot] for foot in feet]) @ self.B
         first, last = (places.argmin(axis=0), places.argmax(axis=0))
         at = [[_along(head, axes, kind.nodes[foot], self.B[:, k]) for foot in feet] for k in range(3)]
         self.at: Form = at[0][0]
-        behind = plus(at[2][0], {None: BEHIND * ground.size})
-        if ground.stout and self.way[2] > ALONG:  # as deep as there is room
+        behind = plus(at[2][0], {None: (HELD if self.is_held_behind else BEHIND) * ground.size})
+        if ground.stout and self.way[2] > ALONG and not self.is_held_behind:  # as deep as there is room
             behind = plus(_along(head, axes, {}, u), {None: ground.end})
         self.low: list[Form] = [plus(at[k][first[k]], half[k], by=-1.0) for k in (0, 1)] + [at[2][0]]
         self.high: list[Form] = [plus(at[k][last[k]], half[k]) for k in (0, 1)] + [behind]
