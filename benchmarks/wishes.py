@@ -54,6 +54,9 @@ DOFS = ("x", "y", "z", "rx", "ry", "rz")
 SOFT = 1.0
 """Stiffness, N/m, of stacks that hold nothing: they are what moves the freedoms, and gaps are asked without them."""
 
+EDGE = 5e-3
+"""Of a stack of which the mechanism does not say it, m: as in the name of its catalogue, SA050520."""
+
 MOST_MARGIN = 2.0
 """Margin to yield that is enough."""
 
@@ -166,6 +169,17 @@ WISHED = {
     "wire_hexapod": Wished("plate", (), material=STEEL, own_material="Al-7075-T6", about=CENTRE),
     "xy_parallel": Wished("table", ("x", "y"), frame=True, process="wire-cut"),
     "xy_serial": Wished("table", ("x", "y"), frame=True, process="wire-cut"),
+    # stacks as those of its legs, two along x and one along y
+    "xy_theta": Wished(
+        "table",
+        ("x", "y", "rz"),
+        frame=True,
+        process="wire-cut",
+        about=CENTRE,
+        stacks=("leg1.stack", "leg2.stack", "leg3.stack"),
+        along="x and y",
+        shares=(1.0, 1.0, 1 / 0.02),
+    ),
     "z_stage": Wished("column", ("z",), frame=True, material=STEEL, own_material=ALUMINIUM),
     "zero_stiffness": Wished(
         "beam",
@@ -182,7 +196,6 @@ UNTOLD = {
     "bistable": "a wish has no word for a second position",
     "gripper": "a wish has one platform, and it has two fingers that move against each other",
     "scott_russell": "what it leads straight is a point of a link that turns, and a wish is of bodies",
-    "xy_theta": "its stacks push along three directions, and those of a wish along one",
 }
 """Mechanisms of which no wish is read, and why."""
 
@@ -318,9 +331,10 @@ def _stack(model: FullOrderModel, name: str) -> _Stack:
         (kind,) = (own for own, copies in model.plan.topology.copies.items() if tuple(path) in copies.paths)
         part = mechanism.substructures[kind]
     stack = evaluated(part.actuators[key], values)
+    half = stack.section.width / 2 if stack.section is not None else EDGE / 2
     names = list(model.plan.topology.node_names)
     ends = np.array([model.positions[names.index(".".join((*path, own)))] for own in stack.nodes])
-    return _Stack(ends, stack.section.width / 2, stack.free_stroke, stack.stiffness, stack.mass)
+    return _Stack(ends, half, stack.free_stroke, stack.stiffness, stack.mass)
 
 
 def _with_stacks(mechanism: Mechanism, **values: Any) -> Mechanism:

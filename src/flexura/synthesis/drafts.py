@@ -250,12 +250,12 @@ def _drives(wish: Wish, room: Room) -> tuple[dict[str, Any], dict[str, Any]]:
     if own is None or own.is_stacks:
         return {}, {}
     actuators, nodes = {}, {}
-    for k in range(own.count):
+    for k, along in enumerate(own.axes):
         angle = 2 * np.pi * k / own.count
-        r = DRIVE_RADIUS * room.platform[0] * (own.count > 1)
+        r = DRIVE_RADIUS * room.platform[0] * (own.count > len(set(own.axes)))
         x = room.middle + np.array([r * np.cos(angle), r * np.sin(angle), 0.0])
         nodes[f"push{k + 1}"] = _point([(None, room.turn @ x)])
-        actuators[f"drive{k + 1}"] = {"type": "force", "nodes": [f"push{k + 1}"], "direction": own.along}
+        actuators[f"drive{k + 1}"] = {"type": "force", "nodes": [f"push{k + 1}"], "direction": along}
     return actuators, nodes
 
 

@@ -1,7 +1,8 @@
 """Piezo stacks that move the platform along what is wished: where they stand, with which amplifiers, how far they go.
 
-Stacks push at the platform along one axis. Along the normal of the base they stand below the platform, evenly around
-its middle at some azimuth and distance; along another axis they lie beside the platform, or below it at a lug of it.
+Stacks push at the platform along one axis, or by turns along two axes of the base. Along the normal of the base they
+stand below the platform, evenly around its middle at some azimuth and distance; along another axis they lie beside the
+platform, or below it at a lug of it.
 Each topology is combined with each way to make their stroke longer that may reach: none, a bridge, a rhombus, a lever.
 It may where its ratio, at the first sizes that fit, is at least the way of the platform at the drive over the free
 stroke. A drive is placed where it is first clear of the limbs as these are drawn first, and of what is below their
@@ -59,11 +60,13 @@ _GRID = np.array(list(product(np.linspace(-1.0, 1.0, 9), repeat=3)))
 
 
 class _Stand(NamedTuple):
-    """Where drives may stand: their tips (n, 3), m, and axes (n, 3, 3), and whether they are at lugs below."""
+    """Where drives may stand: their tips (n, 3), m, and axes (n, 3, 3), whether they are at lugs below, and how long
+    pads are, m, that make a round side flat where they push beside its middle."""
 
     heads: Array
     frames: Array
     hangs: bool
+    pad: float = 0.0
 
 
 def driven(listed: Sequence[Topology], room: Room, wish: Wish, thinnest: float) -> list[Topology]:
@@ -146,24 +149,39 @@ def _stands(room: Room, wish: Wish, amplifier: Amplifier) -> Iterator[_Stand]:
     turned about their lines by each quarter."""
     wanted = wish.drives
     assert wanted is not None
-    up = np.array([0.0, 0.0, 1.0])
-    a = room.turn.T @ np.eye(3)["xyz".index(wanted.along)]
     quarters = 2 if amplifier.is_mirrored else 4
-    if abs(a[2]) > 1 - ALONG:
+    ways = {own: room.turn.T @ np.eye(3)["xyz".index(own)] for own in wanted.axes}
+    if abs(ways[wanted.axes[0]][2]) > 1 - ALONG:
         yield from _below(room, wish, wanted.count, quarters)
         return
-    b = np.cross(up, a)
-    across, shares = (np.linspace(-1.0, 1.0, wanted.count), DISTANCES) if wanted.count > 1 else (np.zeros(1), (0.0,))
+    counts = [wanted.axes.count(own) for own in ways]
+    shares = DISTANCES if max(counts) > 1 else (0.0,)
+    for hangs, share, sides in product((False, True), shares, product((1.0, -1.0), repeat=len(ways))):
+        for at, k in product(AT_LUGS if hangs else (None,), range(quarters)):
+            lines = zip(ways.values(), sides, counts, strict=True)
+            each = [_lying(room, wanted.stack.edge, side * a, n, share, at, k) for a, side, n in lines]
+            heads, frames, pads = zip(*each, strict=True)
+            yield _Stand(np.concatenate(heads), np.concatenate(frames), hangs, max(pads))
+
+
+def _lying(
+    room: Room, edge: float, a: Array, count: int, share: float, at: float | None, quarter: int
+) -> tuple[Array, Array, float]:
+    """Tips (n, 3), m, and axes (n, 3, 3) of so many that push along a, evenly across the platform as far from its
+    middle as some share of the way to its edge: at its side, or below it `at` another share; and how long a pad of the
+    edge of stacks has to be to begin in a round side."""
+    up = np.array([0.0, 0.0, 1.0])
+    b = np.cross(up, a) * np.sign(a.sum())
+    across = share * np.linspace(-1.0, 1.0, count) if count > 1 else np.zeros(1)
     edge_a, edge_b = (float(np.abs(room.platform[:2] @ np.abs(d[:2]))) for d in (a, b))
-    low = np.array([*room.middle[:2], room.middle[2] - room.platform[2]])
-    for hangs, share, side in product((False, True), shares, (1.0, -1.0)):
-        face = np.sqrt(1 - (share * across) ** 2) if room.shape == "cylinder" else np.ones(wanted.count)
-        for x in (own * np.ones(wanted.count) for own in AT_LUGS) if hangs else (-face,):
-            way = side * edge_a * x[:, None] * a + share * edge_b * across[:, None] * b
-            for k in range(quarters):
-                first = (b, up)[k % 2] * (1.0 if k < 2 else -1.0)
-                frame = np.array([first, np.cross(side * a, first), side * a]).T
-                yield _Stand((low if hangs else room.middle) + way, np.tile(frame, (wanted.count, 1, 1)), hangs)
+    x, pad = at if at is not None else -1.0, 0.0
+    if room.shape == "cylinder" and at is None:
+        near, far = (np.clip(np.abs(across).max() + side * edge / 2 / edge_b, 0.0, 1.0) for side in (-1.0, 1.0))
+        x, pad = -np.sqrt(1 - near**2), edge_a * (np.sqrt(1 - near**2) - np.sqrt(1 - far**2)) * bool(across.any())
+    first = (b, up)[quarter % 2] * (1.0 if quarter < 2 else -1.0)
+    start = room.middle - (0.0 if at is None else room.platform[2]) * up
+    heads = start + edge_a * x * a + edge_b * across[:, None] * b
+    return heads, np.tile(np.array([first, np.cross(a, first), a]).T, (count, 1, 1)), float(pad)
 
 
 def _below(room: Room, wish: Wish, count: int, quarters: int) -> Iterator[_Stand]:
@@ -233,7 +251,7 @@ def _fitted(
             longer = np.clip(rod + free - longest, rod, LONGEST_ROD * stack.edge)
             sizes |= {"rod": Size(longer, 0.6 * longer, 1.2 * longer)}
         shares = parts.sign * ways / most * stack.free_stroke / 2
-        lug = _lug(up, drop, stack) if stand.hangs else None
+        lug = _lug(up, drop, stack) if stand.hangs else _pad(stand.pad, stack) if stand.pad else None
         middles, halves = hull_of(parts, {name: own.value for name, own in sizes.items()})
         if lug is not None:
             middles = np.concatenate([middles, [(lug[0] + lug[1]) / 2]])
@@ -300,6 +318,12 @@ def _lug(up: Array, drop: float, stack: Stack) -> tuple[Array, Array]:
     return np.minimum(low, high), np.maximum(low, high)
 
 
+def _pad(length: float, stack: Stack) -> tuple[Array, Array]:
+    """Opposite corners of a pad that a drive pushes at, in its axes."""
+    half = stack.edge / 2
+    return np.array([-half, -half, 0.0]), np.array([half, half, length])
+
+
 def _fits(drive: Drive, room: Room) -> bool:
     """Whether drives are in the envelope, outside of the platform, and clear of each other."""
     middles, halves = drive.boxes
@@ -309,8 +333,10 @@ def _fits(drive: Drive, room: Room) -> bool:
     slight = ALONG * room.size
     if (room.outside(points.reshape(-1, 3)) > slight).any() or room.in_platform(own, slight).any():
         return False
-    others = range(1, 1 + len(drive.heads) // 2)
-    return not others or drive.away(points[0], others) > LEAST_AWAY * room.size
+    count = len(drive.heads)
+    along = np.unique(np.round(np.abs(drive.frames[:, :, 2]), 6), axis=0)
+    firsts = {0: range(1, 1 + count // 2)} if len(along) == 1 else {k: range(k + 1, count) for k in range(count)}
+    return all(not of or drive.away(points[k], of) > LEAST_AWAY * room.size for k, of in firsts.items())
 
 
 def _nothing_reaches(room: Room, wish: Wish, thinnest: float, least: float) -> str:

@@ -18,7 +18,6 @@ from flexura.structure import Plan
 from flexura.study.optimum import climbed
 from flexura.study.questions import limits_at, poses_of, questions, relation
 from flexura.study.requirements import Requirement, requirements
-from flexura.synthesis.amplifiers import Drive
 from flexura.synthesis.drafts import draft, ends_of, with_values
 from flexura.synthesis.extents import beyond_envelope, extents_of
 from flexura.synthesis.result import Candidate, freedoms_in_short, margin_of
@@ -34,11 +33,8 @@ AMPLE = 1.0
 MOST_TAKEN = 0.1
 """Of a number, at most, that is put down to these: with more an optimum of rigid bodies says little."""
 
-STEP = 1e-4
-"""Of a size, over itself, for how a gap changes with it."""
-
-ACCURACY = 1e-5
-"""Change of the first frequency, over itself, at which an optimum is one."""
+ACCURACY = 1e-3
+"""Of the first frequency, over itself, that a step promises where a search ends."""
 
 SAME = 1e-3
 """Change of sizes, over themselves, from one search to the next that is none."""
@@ -177,19 +173,16 @@ class Optima:
         left_out = self._ample(own)
         limits = [with_spare(stiff, bending, of.value) for bending, of in pairs if bending.name not in left_out]
         limits = [own for text in limits for own in self._at_ends(text)]
-        drive = self.at_rest.listed[own.number].drive
-        if drive is None:
-            limits += apart(stiff, own.candidate.gap, self.at_rest.file.wish.gap, self.at_rest.room)
-        elif drive.top is not None and len(drive.heads) == 1:
-            limits += _apart_of_held(drive, own, self.at_rest, stiff)
-        else:
-            limits += _apart_of_driven(own, self.at_rest)
-        extents = extents_of(self.at_rest.listed[own.number], self.at_rest.room, stiff)
+        topology, sizes = self.at_rest.listed[own.number], dict(zip(stiff.parameters, own.sizes, strict=True))
+        bare = self.at_rest.without_stacks(topology)
+        bare = with_values(bare, {name: sizes[name] for name in bare.parameters})
+        extents = extents_of(topology, self.at_rest.room, stiff)
         found, ended = climbed(
             stiff,
             maximise="f1",
             subject_to=limits,
             within=extents.limits(),
+            besides=(bare, apart(bare, own.candidate.gap, self.at_rest.file.wish.gap, self.at_rest.room)),
             accuracy=ACCURACY,
             seconds=max(seconds, 1.0),
         )
@@ -216,52 +209,16 @@ def with_spare(rigid: Mechanism, own: Requirement, promised: float) -> str:
     return f"{sides[0]} {sign} {sides[1]}{''.join(where)}"
 
 
-def apart(rigid: Mechanism, gap: float, least: float, room: Room) -> list[str]:
+def apart(bare: Mechanism, gap: float, least: float, room: Room) -> list[str]:
     """That each freedom is so many times as compliant as each constraint, along principal directions of a design
-    with rigid bodies; and by as many times more as its `gap` is less than what that promises."""
+    with rigid bodies and without stacks; and by as many times more as its `gap` is less than what that promises."""
     free, rest, scale = bases_of(room)
-    C = matrices_of(questions(plan_of(rigid), COMPLIANCES).values({}).value)[0] * scale[:, None] * scale
+    C = matrices_of(questions(plan_of(bare), COMPLIANCES).values({}).value)[0] * scale[:, None] * scale
     (soft, R), (stiff, S) = (np.linalg.eigh(basis.T @ C @ basis) for basis in (free, rest))
     taken = soft.min(initial=np.inf) / stiff.max(initial=0.0) / gap
     most = least * (1 + SPARE) * (float(np.clip(taken, 1.0, 1 / MOST_TAKEN)) if np.isfinite(taken) else 1.0)
     a, b = ([_compliance(own * scale) for own in basis.T] for basis in (free @ R, rest @ S))
     return [f"({one})/({other}) >= {most:g}" for one in a for other in b]
-
-
-def _apart_of_held(drive: Drive, own: Judged, of: AtRest, stiff: Mechanism) -> list[str]:
-    """The same of an amplifier that holds the platform, without its stack of stiffness k: with it a unit of expansion
-    moves the platform by c and makes the stack longer by e, c over the amplification, so that without it the freedom is
-    more compliant by c^2 / (k (1 - e)) (springs in parallel). What that leaves out, as stacks bend, is taken to be as
-    large as it is in a design whose gap is known."""
-    wish = of.file.wish
-    assert wish.drives is not None
-    to = f"about.{wish.drives.along}"
-    c, e = f"coupling(drive1.stack, {to})", f"coupling(drive1.stack, {to})/amplification(drive1.stack, {to})"
-    soft = f"compliance({to}) + ({c})*({c})/(({drive.stack.stiffness:.9g} N/m)*(1 - {e}))"
-    _, rest, scale = bases_of(of.room)
-    constraints = [_compliance(own * scale) for own in rest.T]
-    pairs = [relation(stiff, f"{soft} >= {own}") for own in constraints]
-    least = min(float(own.left.values({})[0] / own.right.values({})[0]) for own in pairs)
-    gap = wish.gap * (1 + 2 * SPARE) * least / own.candidate.gap
-    return [f"({soft})/({own}) >= {gap:.6g}" for own in constraints] if np.isfinite(gap) else []
-
-
-def _apart_of_driven(own: Judged, of: AtRest) -> list[str]:
-    """The same where stacks push by rods, without which the gap is asked: its logarithm by the sizes, linear about a
-    design."""
-    values = {name: float(p.value) for name, p in own.mechanism.parameters.items()}  # type: ignore[arg-type]
-    limbs = [name for name in values if not name.startswith("drive_")]
-    steps = np.concatenate([np.zeros((1, len(limbs))), STEP * np.eye(len(limbs))])
-    designs = {name: np.full(len(steps), x) for name, x in values.items()}
-    designs |= {name: values[name] * (1 + step) for name, step in zip(limbs, steps.T, strict=True)}
-    with np.errstate(divide="ignore", invalid="ignore"):
-        gaps = np.log(of.gaps(of.listed[own.number], plan_of(own.mechanism), designs))
-    slopes = (gaps[1:] - gaps[0]) / STEP
-    if not limbs or not np.isfinite(slopes).all() or not np.isfinite(own.candidate.gap):
-        return []
-    least = np.log(of.file.wish.gap * (1 + SPARE) / own.candidate.gap) + slopes.sum()
-    terms = (f"({slope:.6g})*{name}/({values[name]:.9g} m)" for name, slope in zip(limbs, slopes, strict=True))
-    return [f"{' + '.join(terms)} >= {least:.6g}"]
 
 
 def _compliance(v: Array) -> str:

@@ -68,11 +68,16 @@ class AtRest:
         """The least gap (n,) of designs of a topology at rest and at some poses, without its stacks, as these are what
         moves the freedoms, and without amplifiers that do not hold the platform."""
         if own.drive is not None:
-            holds = own.drive.without_force if own.drive.top is not None else None
-            plan = plan_of(with_rigid_bodies(draft(replace(own, drive=holds), self.file, self.room, "draft")))
+            plan = plan_of(self.without_stacks(own))
             designs = {name: designs[name] for name in plan.mechanism.parameters}
         asked = [[name + at for name in COMPLIANCES] for at in ("", *(f" at {pose}" for pose in poses))]
         return np.min([gap_of(questions(plan, each).values(designs).value, self.room) for each in asked], axis=0)
+
+    def without_stacks(self, own: Topology) -> Mechanism:
+        """The draft of a topology with rigid bodies, without its stacks, and without amplifiers that do not hold the
+        platform."""
+        holds = own.drive.without_force if own.drive is not None and own.drive.top is not None else None
+        return with_rigid_bodies(draft(replace(own, drive=holds), self.file, self.room, "draft"))
 
     @cached_property
     def allowed(self) -> float:

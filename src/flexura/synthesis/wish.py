@@ -200,11 +200,12 @@ class Platform(Wished):
         return self
 
 
-_DRIVES = re.compile(r"(\d+)\s+(voice coil|piezo stack)s?\s+along\s+(x|y|z)")
+_DRIVES = re.compile(r"(\d+)\s+(voice coil|piezo stack)s?\s+along\s+([xyz](?:\s+and\s+[xyz])?)")
 
 
 class Drives(Wished):
-    """So many drives of one kind along one axis, evenly around the middle of the platform where there are several.
+    """So many drives of one kind along one axis, evenly around the middle of the platform where there are several, or
+    by turns along two axes of the base.
 
     Piezo stacks are what their data sheets say: two of free stroke, blocked force and stiffness, the length, the edge
     of their square section and the mass. Without any of these they are ordinary multilayer stacks.
@@ -212,7 +213,7 @@ class Drives(Wished):
 
     kind: Literal["voice coil", "piezo stack"]
     count: Annotated[int, Field(ge=1, le=6)]
-    along: Literal["x", "y", "z"]
+    along: Literal["x", "y", "z", "x and y", "y and z", "x and z"]
     free_stroke: PositiveLength | None = None
     blocked_force: PositiveForce | None = None
     stiffness: PositiveStiffness | None = None
@@ -232,6 +233,11 @@ class Drives(Wished):
             if self.length is None or self.edge is None:
                 raise refuse("a stack has a length and an edge", "e.g. length: 18 mm, edge: 5 mm")
         return self
+
+    @property
+    def axes(self) -> list[str]:
+        """The axis of each, the first of all of one axis first."""
+        return sorted(axes[k % len(axes)] for axes in [self.along.split(" and ")] for k in range(self.count))
 
     @property
     def is_stacks(self) -> bool:
@@ -257,8 +263,8 @@ def _drives(raw: Any) -> Any:
         return None
     if isinstance(raw, str):
         if found := _DRIVES.fullmatch(raw.strip()):
-            return {"count": int(found[1]), "kind": found[2], "along": found[3]}
-        hint = "e.g. 3 voice coils along z, 3 piezo stacks along z, or none"
+            return {"count": int(found[1]), "kind": found[2], "along": " ".join(found[3].split())}
+        hint = "e.g. 3 voice coils along z, 3 piezo stacks along z, 2 piezo stacks along x and y, or none"
         raise refuse("drives are so many of a kind along an axis", hint)
     return raw
 
@@ -306,6 +312,8 @@ class Wish(Wished):
     def _agrees(self) -> Self:
         if self.drives is not None and self.drives.is_stacks and not (self.stroke and self.freedoms.platform):
             raise refuse("piezo stacks are chosen by strokes of platform, and none is given", "e.g. stroke: {z: 50 um}")
+        if self.drives is not None and " " in self.drives.along and self.base.plane[0] in self.drives.along:
+            raise refuse(f"drives along two axes are along the base, and that is {self.base.plane}")
         size, turn = np.array(self.envelope, dtype=float), TURNS[self.base.plane]
         second = float(np.sort(size)[1])  # a layer may be as thin as its webs
         if si(self.make.thinnest) > second / 2:

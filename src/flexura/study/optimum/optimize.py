@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, get_args
 
 import numpy as np
@@ -21,7 +22,8 @@ from flexura.study.optimum.landscape import Landscape
 from flexura.study.optimum.linear import Steps
 from flexura.study.optimum.outcome import optimum_of, pareto_of
 from flexura.study.optimum.results import Optimum, Pareto
-from flexura.study.optimum.task import task_of
+from flexura.study.optimum.rows import BothDesigns
+from flexura.study.optimum.task import Task, task_of
 from flexura.study.space import Variable, Varied
 
 STARTS = 8
@@ -111,29 +113,41 @@ def climbed(
     maximise: str,
     subject_to: Sequence[str],
     within: Sequence[str] = (),
+    besides: tuple[Mechanism, Sequence[str]] | None = None,
     accuracy: float,
     seconds: float,
 ) -> tuple[dict[str, float], bool]:
     """The design that one search leads to from a design, over all its parameters within their limits, by name, SI, and
     whether the search came to its end in time.
 
-    What is maximised is positive. A search begins with what is missed of `subject_to`, and never leaves what is
-    `within`. It ends when a step promises less than `accuracy`, over the goal, or with the best design after so many
-    `seconds`; nothing of it is proven. The requirements of the description are left out. Raises as `optimize`.
+    What is maximised is positive. A search begins with what is missed of `subject_to`, and of what is asked `besides`
+    of another mechanism, whose parameters are among those of the first; it never leaves what is `within`. It ends when
+    a step promises less than `accuracy`, over the goal, or with the best design after so many `seconds`; nothing of it
+    is proven. The requirements of the description are left out. Raises as `optimize`.
     """
-    plan = plan_of(model)
-    asked = {"vary": list(plan.mechanism.parameters), "maximise": maximise, "minimise": None}
-    asked["subject_to"] = [*subject_to, *within]
-    task = task_of(plan, {}, {**asked, "requirements": False})
+    task = _alone(plan_of(model), maximise, [*within, *subject_to])
     first = task.starts(1, 0)
     with time_limit(seconds):
         mixed, _, _ = task.mixed(first)
-        lower = np.array([own.sense < 0 and own.right.is_constant for own in task.limits], dtype=bool)
-        kept = np.arange(len(lower)) >= len(subject_to)
-        found = Steps(mixed.land, lower & ~kept, kept, positive=True).climb(task.box.positions(first)[0], accuracy)
+        land, limits = mixed.land, list(task.limits)
+        if besides is not None:
+            other = replace(_alone(plan_of(besides[0]), maximise, besides[1]), aims=())
+            designs = BothDesigns(task.designs, other.designs)
+            rows = other.limit_rows(designs.point(first[0]).value, task.wording.count)
+            land = replace(land, designs=designs, limits=[*land.limits, *rows])
+            limits += other.limits
+        lower = np.array([own.sense < 0 and own.right.is_constant for own in limits], dtype=bool)
+        kept = np.arange(len(limits)) < len(within)
+        found = Steps(land, lower & ~kept, kept, positive=True).climb(task.box.positions(first)[0], accuracy)
     if found.best is None:
-        raise _no_design(mixed.land)
+        raise _no_design(land)
     return dict(zip(task.names, task.box.values(found.best.z).tolist(), strict=True)), found.in_time
+
+
+def _alone(plan: Plan, maximise: str, subject_to: Sequence[str]) -> Task:
+    """What is asked of all parameters of a plan, but for the requirements of its description."""
+    asked = {"vary": list(plan.mechanism.parameters), "maximise": maximise, "minimise": None, "subject_to": subject_to}
+    return task_of(plan, {}, {**asked, "requirements": False})
 
 
 def described(plan: Plan, name: str | None, fixed: Mapping[str, float]) -> dict[str, Any]:

@@ -219,6 +219,21 @@ class Wording:
                 room //= len(worst.parts)
         return Row(function, scale, tuple(frequencies), tuple(worsts))
 
+    @property
+    def count(self) -> int:
+        """How many quantities a point has."""
+        return len(self.questions.quantities) + len(self.parts)
+
+    def behind(self, count: int) -> Wording:
+        """The same with all quantities behind so many others."""
+        ascending = tuple(tuple(place + count for place in own) for own in self.ascending)
+        worsts = tuple(
+            own._replace(place=own.place + count, parts=tuple(part + count for part in own.parts))
+            for own in self.worsts
+        )
+        places = {text: place + count for text, place in self.places.items()}
+        return replace(self, places=places, ascending=ascending, worsts=worsts)
+
 
 def wording(plan: Plan, formulas: Iterable[Formula]) -> Wording:
     """The questions that formulas need, with the frequencies beside those that they ask for by number, and the members
@@ -310,3 +325,24 @@ def _stand_in(worst: Worst, value: Array, slope: Array) -> None:
         missing = np.isnan(slope[worst.place])
         slope[worst.place, missing] = slope[first, missing]
     value[parts[~known]], slope[parts[~known]] = value[worst.place], slope[worst.place]
+
+
+@dataclass(frozen=True)
+class BothDesigns:
+    """Answers of two mechanisms to what each is asked, those of the second, whose parameters are among those of the
+    first, behind the others."""
+
+    first: AskedDesigns
+    second: AskedDesigns
+
+    def values(self, x: Array) -> tuple[Array, Sequence[str]]:
+        """As `Designs.values`, with the parts of which some are the worst."""
+        return np.array([self.point(own).value for own in x]), [""] * len(x)
+
+    def point(self, x: Array) -> Point:
+        """As `Designs.point`."""
+        among = [self.first.names.index(name) for name in self.second.names]
+        one, other = self.first.point(x), self.second.point(x[among])
+        slope = np.zeros((len(other.value), len(x)))
+        slope[:, among] = other.slope
+        return one._replace(value=np.concatenate([one.value, other.value]), slope=np.concatenate([one.slope, slope]))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -108,19 +108,26 @@ class Task:
             return np.full((1, len(self.wording.questions.quantities)), np.nan), [str(error)]
         return point.value[None, : len(self.wording.questions.quantities)], [""]
 
+    def limit_rows(self, quantities: Array, behind: int = 0) -> list[Row]:
+        """Rows of the limits, over scales that follow from quantities (..., q), of which so many others come first."""
+        rows, wording = list[Row](), self.wording.behind(behind)
+        for limit in self.limits:
+            sides = [wording.function((1.0, side)).value(quantities) for side in (limit.left, limit.right)]
+            constant = [sides[1]] if limit.right.is_constant else [sides[0]] if limit.left.is_constant else sides
+            margin = replace(self.margin(limit), places=wording.places)
+            rows.append(wording.row(margin, _scale(constant, sides)))
+        return rows
+
     def mixed(self, starts: Array) -> tuple[Mixed, tuple[Row, ...], Judged | None]:
         """The landscape of the first goal, and rows of all goals, over scales that follow from designs, and how good
         these are; not of one by itself, which the search works out anyway."""
         is_alone = len(starts) == 1 and len(self.aims) == 1 and all(own.kind == "continuous" for own in self.variables)
         quantities, reasons = (self._first if is_alone else self.designs.values)(starts)
-        goals, limits = list[Row](), list[Row]()
+        goals = list[Row]()
         for aim in self.aims:
             goal = self.wording.function((aim.sign, aim.formula))
             goals.append(self.wording.row(goal, _scale([goal.value(quantities)])))
-        for limit in self.limits:
-            sides = [self.value(side, quantities) for side in (limit.left, limit.right)]
-            constant = [sides[1]] if limit.right.is_constant else [sides[0]] if limit.left.is_constant else sides
-            limits.append(self.wording.row(self.margin(limit), _scale(constant, sides)))
+        limits = self.limit_rows(quantities)
         land = Landscape(self.designs, self.box, goals[0], limits)
         judged = None if is_alone else land.judged(quantities, reasons)
         discrete = [k for k, variable in enumerate(self.variables) if variable.kind != "continuous"]
