@@ -16,6 +16,8 @@ from flexura.synthesis import Wish, WishFile, room_of, topologies
 from flexura.synthesis.amplifiers import AMPLIFIERS, bridge_ratio, substructures
 from flexura.synthesis.drafts import draft
 from flexura.synthesis.drives import driven
+from flexura.synthesis.optima import Optima, judged
+from flexura.synthesis.screening import AtRest
 from flexura.synthesis.wish import STACK, Stack
 
 THINNEST = 1e-4
@@ -28,6 +30,16 @@ def wish(freedoms, drives, stroke, about=(0.0, 0.0, 0.0), envelope=(0.1, 0.1, 0.
         | {"make": {"thinnest": THINNEST}}
         | more
     )
+
+
+PLANAR = wish(
+    ["x", "y"],
+    "2 piezo stacks along x and y",
+    {"x": 6e-6, "y": 6e-6},
+    envelope=(0.14, 0.14, 0.02),
+    platform={"shape": "box", "size": (40e-3, 40e-3, 20e-3), "at": (0.0, 0.0, 0.01)},
+    base={"plane": "z-", "frame": True},
+)
 
 
 def listed(own: Any, most: int = 4) -> Any:
@@ -124,8 +136,17 @@ def test_one_stack_reaches_by_a_bridge_and_by_a_lever(own, kind):
         wish(["z"], "1 piezo stack along z", {"z": 30e-6}),
         wish(["x"], "1 piezo stack along x", {"x": 30e-6}, platform={"shape": "box"}),
         wish(["rx", "ry", "z"], "3 piezo stacks along z", {"z": 20e-6, "rx": 1e-3, "ry": 5e-4}, (0.0, 0.0, 0.054)),
+        PLANAR,
+        wish(
+            ["x", "y", "rz"],
+            "3 piezo stacks along x and y",
+            {"x": 3e-6, "y": 3e-6, "rz": 1e-4},
+            envelope=(0.2, 0.2, 0.03),
+            platform={"shape": "box", "size": (44e-3, 44e-3, 12e-3), "at": (0.0, 0.0, 0.015)},
+            base={"plane": "z-", "frame": True},
+        ),
     ],
-    ids=["z", "x", "tilts"],
+    ids=["z", "x", "tilts", "plane", "plane and turns"],
 )
 def test_drives_are_clear_of_all_else_and_in_the_envelope(own):
     room, found = listed(own)
@@ -136,6 +157,29 @@ def test_drives_are_clear_of_all_else_and_in_the_envelope(own):
         corners = np.concatenate([middles + halves * s for s in itertools.product((-1.0, 1.0), repeat=3)])
         for head, frame in zip(topology.drive.heads, topology.drive.frames, strict=True):
             assert room.outside(head + corners @ frame.T).max() < 1e-6
+
+
+def test_a_stack_along_each_axis_moves_the_platform_along_that_alone():
+    """By nearly what it expands, as limbs at their thinnest and necks are soft beside it."""
+    room, found = listed(PLANAR)
+    topology = next(own for own in found if own.drive.kind == "none")
+    mechanism = with_rigid_bodies(slim(draft(topology, WishFile(wish=PLANAR), room, "draft")))
+    asked = [f"coupling(drive{k}.stack, about.{axis})" for k in (1, 2) for axis in "xy"]
+    moved = questions(plan_of(mechanism), ", ".join(asked)).values({}).value.reshape(2, 2)
+    assert np.abs(np.diag(moved)) == pytest.approx([1, 1], abs=0.15)
+    assert np.abs(moved - np.diag(np.diag(moved))).max() < 0.01
+
+
+def test_a_gap_is_kept_without_stacks_that_push():
+    """An optimum keeps it of the limbs alone, which stacks would hide."""
+    file = WishFile(wish=PLANAR.replaced({"gap": 3.0}), requirements={"soft": "f1 >= 1 Hz"})
+    room, found = listed(PLANAR, 2)
+    work = AtRest(file, room, tuple(found[:1]), 4)
+    begun = judged(work, 0, work(0)["values"][0])
+    values = Optima(work, (begun,))(0)["values"]
+    best = judged(work, 0, values) if len(values) else begun
+    assert best.candidate.gap >= 3.0 and best.candidate.meets_all
+    assert best.rank < begun.rank or begun.candidate.meets_all
 
 
 @pytest.mark.parametrize("kind", ["bridge", "rhombus"])

@@ -43,6 +43,7 @@ def read(**keys):
         ({"platform": "{material: unobtainium}"}, "platform: unobtainium is no material"),
         ({"platform": "{mass: -1 kg}"}, "must be positive"),
         ({"drives": "3 steam engines along q"}, "so many of a kind along an axis"),
+        ({"drives": "2 voice coils along x and z"}, "along two axes are along the base, and that is z-"),
     ],
     ids=lambda own: own if isinstance(own, str) else "",
 )

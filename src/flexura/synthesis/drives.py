@@ -60,13 +60,11 @@ _GRID = np.array(list(product(np.linspace(-1.0, 1.0, 9), repeat=3)))
 
 
 class _Stand(NamedTuple):
-    """Where drives may stand: their tips (n, 3), m, and axes (n, 3, 3), whether they are at lugs below, and how long
-    pads are, m, that make a round side flat where they push beside its middle."""
+    """Where drives may stand: their tips (n, 3), m, and axes (n, 3, 3), and whether they are at lugs below."""
 
     heads: Array
     frames: Array
     hangs: bool
-    pad: float = 0.0
 
 
 def driven(listed: Sequence[Topology], room: Room, wish: Wish, thinnest: float) -> list[Topology]:
@@ -159,29 +157,24 @@ def _stands(room: Room, wish: Wish, amplifier: Amplifier) -> Iterator[_Stand]:
     for hangs, share, sides in product((False, True), shares, product((1.0, -1.0), repeat=len(ways))):
         for at, k in product(AT_LUGS if hangs else (None,), range(quarters)):
             lines = zip(ways.values(), sides, counts, strict=True)
-            each = [_lying(room, wanted.stack.edge, side * a, n, share, at, k) for a, side, n in lines]
-            heads, frames, pads = zip(*each, strict=True)
-            yield _Stand(np.concatenate(heads), np.concatenate(frames), hangs, max(pads))
+            each = [_lying(room, side * a, n, share, at, k) for a, side, n in lines]
+            heads, frames = (np.concatenate(own) for own in zip(*each, strict=True))
+            yield _Stand(heads, frames, hangs)
 
 
-def _lying(
-    room: Room, edge: float, a: Array, count: int, share: float, at: float | None, quarter: int
-) -> tuple[Array, Array, float]:
+def _lying(room: Room, a: Array, count: int, share: float, at: float | None, quarter: int) -> tuple[Array, Array]:
     """Tips (n, 3), m, and axes (n, 3, 3) of so many that push along a, evenly across the platform as far from its
-    middle as some share of the way to its edge: at its side, or below it `at` another share; and how long a pad of the
-    edge of stacks has to be to begin in a round side."""
+    middle as some share of the way to its edge: at its side, or below it `at` another share."""
     up = np.array([0.0, 0.0, 1.0])
     b = np.cross(up, a) * np.sign(a.sum())
     across = share * np.linspace(-1.0, 1.0, count) if count > 1 else np.zeros(1)
     edge_a, edge_b = (float(np.abs(room.platform[:2] @ np.abs(d[:2]))) for d in (a, b))
-    x, pad = at if at is not None else -1.0, 0.0
-    if room.shape == "cylinder" and at is None:
-        near, far = (np.clip(np.abs(across).max() + side * edge / 2 / edge_b, 0.0, 1.0) for side in (-1.0, 1.0))
-        x, pad = -np.sqrt(1 - near**2), edge_a * (np.sqrt(1 - near**2) - np.sqrt(1 - far**2)) * bool(across.any())
+    face = np.sqrt(1 - across**2) if room.shape == "cylinder" else np.ones(count)
+    x = -face if at is None else at * np.ones(count)
     first = (b, up)[quarter % 2] * (1.0 if quarter < 2 else -1.0)
     start = room.middle - (0.0 if at is None else room.platform[2]) * up
-    heads = start + edge_a * x * a + edge_b * across[:, None] * b
-    return heads, np.tile(np.array([first, np.cross(a, first), a]).T, (count, 1, 1)), float(pad)
+    heads = start + edge_a * x[:, None] * a + edge_b * across[:, None] * b
+    return heads, np.tile(np.array([first, np.cross(a, first), a]).T, (count, 1, 1))
 
 
 def _below(room: Room, wish: Wish, count: int, quarters: int) -> Iterator[_Stand]:
@@ -251,7 +244,7 @@ def _fitted(
             longer = np.clip(rod + free - longest, rod, LONGEST_ROD * stack.edge)
             sizes |= {"rod": Size(longer, 0.6 * longer, 1.2 * longer)}
         shares = parts.sign * ways / most * stack.free_stroke / 2
-        lug = _lug(up, drop, stack) if stand.hangs else _pad(stand.pad, stack) if stand.pad else None
+        lug = _lug(up, drop, stack) if stand.hangs else None
         middles, halves = hull_of(parts, {name: own.value for name, own in sizes.items()})
         if lug is not None:
             middles = np.concatenate([middles, [(lug[0] + lug[1]) / 2]])
@@ -316,12 +309,6 @@ def _lug(up: Array, drop: float, stack: Stack) -> tuple[Array, Array]:
     low = -across - 0.4 * stack.edge * up
     high = across + drop * up + [0.0, 0.0, 0.6 * stack.edge]
     return np.minimum(low, high), np.maximum(low, high)
-
-
-def _pad(length: float, stack: Stack) -> tuple[Array, Array]:
-    """Opposite corners of a pad that a drive pushes at, in its axes."""
-    half = stack.edge / 2
-    return np.array([-half, -half, 0.0]), np.array([half, half, length])
 
 
 def _fits(drive: Drive, room: Room) -> bool:

@@ -175,15 +175,17 @@ _AT = [(i, j) for i in range(6) for j in range(i, 6)]
 def gap_of(compliances: Array, room: Room) -> Array:
     """How many times as compliant the stiffest wished freedom is as the softest of what is not wished (n,), of
     designs with compliances (n, 21) of the point of the wish, rotations counted at a quarter of the larger edge of the
-    envelope; infinite where nothing is wished."""
+    envelope; infinite where nothing is wished, and 0 at poses that are unstable."""
     free, rest, scale = bases_of(room)
     C = matrices_of(compliances) * scale[:, None] * scale
     bad = ~np.isfinite(C).all(axis=(1, 2))
     C[bad] = 0.0
     softest = np.linalg.eigvalsh(rest.T @ C @ rest)[:, -1] if rest.size else np.zeros(len(C))
     stiffest = np.linalg.eigvalsh(free.T @ C @ free)[:, 0] if free.size else np.full(len(C), np.inf)
+    least, most = np.linalg.eigvalsh(C)[:, [0, -1]].T
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(bad, np.nan, stiffest / np.maximum(softest, 1e-300))
+        gaps = np.where(least < -ROUND_OFF * most, 0.0, stiffest / np.maximum(softest, 1e-300))
+    return np.where(bad, np.nan, gaps)
 
 
 def matrices_of(compliances: Array) -> Array:
