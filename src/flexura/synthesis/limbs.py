@@ -433,23 +433,26 @@ def _kinds() -> Iterator[Kind]:
         },
         apart={"outer": (0.5, 0, 0), "inner": (-0.5, 0, 0), "thickness": (-1, 0, 0)},
     )
-    to_block = {"length": (0, 0, 1), "spacing": (0, 0, -1)}
-    root = plus(to_block, {"spacing": (0.5, 0, 0.5), "thickness": (2, 0, 0)})
+    to_block = {"length": (0, 0, 1)}
+    root = plus(to_block, {"spacing": (0.5, 0, 0), "depth": (0, 0, 0.5), "thickness": (2, 0, 0)})
     yield Kind(
         "crossed guides",
         {
-            "spacing": Limit(0.1, 0.48, "room"),
-            "length": Limit(0.5, 0.99, "room"),
+            "spacing": Limit(0.1, 0.9, "across"),
+            "depth": Limit(0.1, 0.7, "room"),
+            "length": Limit(0.15, 0.8, "room"),
             "arm": ARM,
             "width": WIDTH,
             "thickness": THICKNESS,
         },
         _pair(across, Row({}, ((LEAF, to_block),), ends="block"))
-        + _pair({"spacing": (0, 0, 0.9)}, Row(root, ((LEAF, _ASIDE),), begins="block")),
+        + _pair({"depth": (0, 0, 0.9)}, Row(root, ((LEAF, _ASIDE),), begins="block")),
         {
             "block": (
                 plus(to_block, {"spacing": (-0.5, 0, 0), "thickness": (-2, 0, 0), "width": (0, -0.5, 0)}),
-                {"spacing": (0.5, 0, 0), "thickness": (2, 0, 0), "width": (0, 0.5, 0), "length": (0, 0, 1)},
+                plus(
+                    to_block, {"spacing": (0.5, 0, 0), "depth": (0, 0, 1), "thickness": (2, 0, 0), "width": (0, 0.5, 0)}
+                ),
             )
         },
     )
