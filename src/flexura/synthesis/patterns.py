@@ -66,6 +66,9 @@ ARM_AT = 0.4
 NARROWEST = 0.2
 """Least room across a limb that is broad, over the smallest edge of the envelope."""
 
+FLAT = 0.5
+"""Of the way that heads may be apart, what has to be on a flat side of the platform for them to begin there."""
+
 SHORTEST = 0.1
 """Least length of a limb, over the smallest edge of the envelope."""
 
@@ -364,15 +367,26 @@ def _at_side(own: Pattern, room: Room) -> Pattern:
     """A pattern that begins right at the side of the platform where all heads are at that, or else behind its lug."""
     if own.site.where != "side" or len(own.kind.heads) == 1:
         return own
-    scales = {"room": own.run, "across": own.across, "size": room.size}
-    spread = place(
-        own.kind.spread, {name: limit.most * scales.get(limit.of, 0.0) for name, limit in own.kind.sizes.items()}
-    )
-    face = 2 * (room.platform - np.abs(own.site.height - room.middle) * [0.0, 0.0, 1.0])
-    face[np.abs(own.site.axes[:, 0]) > ALONG] = 0.0
-    if room.shape == "box" and (np.abs(own.axes @ np.diag(spread)).max(axis=1) <= face + ALONG).all():
+    face = _face(own, room)
+    if face is not None and (np.abs(own.axes @ np.diag(_most_spread(own, room))).max(axis=1) * FLAT <= face).all():
         return replace(own, flat=True)
     return replace(own, run=own.run - own.lug(room))
+
+
+def _most_spread(own: Pattern, room: Room) -> Array:
+    """How far heads are apart along (m, e, d) at most, (3,), m."""
+    scales = {"room": own.run, "across": own.across, "size": room.size}
+    sizes = {name: limit.most * scales.get(limit.of, 0.0) for name, limit in own.kind.sizes.items()}
+    return place(own.kind.spread, sizes)
+
+
+def _face(own: Pattern, room: Room) -> Array | None:
+    """Edges (3,) of the flat side that a limb begins at, m, about its middle; none where that is not flat."""
+    if room.shape != "box":
+        return None
+    face = 2 * (room.platform - np.abs(own.site.height - room.middle) * [0.0, 0.0, 1.0])
+    face[np.abs(own.site.axes[:, 0]) > ALONG] = 0.0
+    return face + ALONG
 
 
 def _borne(kind: Kind, room: Room) -> Array:
@@ -475,6 +489,12 @@ def limits_of(pattern: Pattern, room: Room, thinnest: float) -> dict[str, tuple[
         high = min(high, max(1.5 * low, limit.share * pattern.run))
         if name == "radius" and pattern.kind.pinned == "post":
             high = min(high, MOST_OF_POST * pattern.held)
+        if pattern.flat and name in pattern.kind.spread:  # no wider than the side of the platform
+            along = np.abs(pattern.axes @ np.array(pattern.kind.spread[name]))
+            face = _face(pattern, room)
+            high = (
+                min(high, *(f / a for f, a in zip(face, along, strict=True) if a > ALONG)) if face is not None else high
+            )
         found[name] = (pattern.held, pattern.held) if name == pattern.kind.pinned else (low, high)
     return found
 
