@@ -130,7 +130,7 @@ def climbed(
     with time_limit(seconds):
         mixed, _, _ = task.mixed(first)
         land, limits = mixed.land, list(task.limits)
-        if besides is not None:
+        if besides is not None and besides[1]:
             other = replace(_alone(plan_of(besides[0]), maximise, besides[1]), aims=())
             designs = BothDesigns(task.designs, other.designs)
             rows = other.limit_rows(designs.point(first[0]).value, task.wording.count)
