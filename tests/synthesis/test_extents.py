@@ -11,7 +11,8 @@ from flexura.structure import solids_of
 from flexura.study.questions import questions, relation
 from flexura.synthesis import WishFile, room_of, topologies
 from flexura.synthesis.drafts import draft, with_values
-from flexura.synthesis.extents import beyond_envelope, extents_of
+from flexura.synthesis.extents import Extents, beyond_envelope, extents_of
+from flexura.synthesis.patterns import limits_of
 from flexura.synthesis.topologies import with_stout_posts
 
 WISHES = {
@@ -116,3 +117,47 @@ def test_a_frame_holds_what_leads_sideways():
             parts = [body for part in mechanism.substructures.values() for body in (part.bodies or {}).values()]
             held |= {body.held.face for body in parts if body.held}
         assert ("z+" in held) is frame  # behind, as blocks are drawn
+
+
+def test_last_digits_of_a_design_do_not_hold_others_back():
+    """Of one that reaches 0.1 um beyond by them others go as far; where it is inside they are led back to the edge."""
+    own = Extents(("a", "b"), np.array([-1e-2, -2e-2]), np.eye(2), 1e-9)
+    led = own.within(np.array([1e-2 + 1e-7, 1e-3]), np.array([[9e-3, 1e-2], [8e-3, 3e-2], [1.1e-2, 1e-3]]))
+    assert led[0] == pytest.approx([9e-3, 1e-2], rel=1e-12)
+    assert led[1, 1] == pytest.approx(2e-2, abs=2e-9)
+    assert led[2, 0] == pytest.approx(1e-2 + 1e-7, abs=2e-9)
+
+
+def test_heads_at_a_flat_side_are_no_farther_apart_than_it_is_broad():
+    """Of crossed guides around a plate of 40 mm in a large frame, which may be farther apart than that."""
+    text = """
+  freedoms: {platform: [x, y]}
+  envelope: [200 mm, 200 mm, 10 mm]
+  base: {frame: true}
+  platform: {shape: box, size: [40 mm, 40 mm, 10 mm], at: [0, 0, 5 mm]}
+  make: {process: wire-cut}
+"""
+    file, room = read(text)
+    found = [own.patterns[0] for own in topologies(room, file.wish.make.process, 0.3e-3)]
+    flat = [own for own in found if own.flat]
+    assert {own.kind.name for own in flat} == {"crossed guides"} and not any(own.has_lug for own in flat)
+    for own in flat:
+        assert limits_of(own, room, 0.3e-3)["spacing"][1] == pytest.approx(40e-3, rel=1e-5)
+        assert 0.9 * own.across > 40e-3
+
+
+def test_limbs_that_are_right_at_any_distance_are_drawn_where_they_fit():
+    """Leaves that fold on the axis of a hinge, 20 mm below, lead outward by as much: from 12.8 mm, where limbs are
+    drawn first, they would be beyond 33 mm by the clearance that they need, and from 11.2 mm they are not."""
+    text = """
+  freedoms: {platform: [ry]}
+  about: [20 mm, 0, 0]
+  envelope: [70 mm, 66 mm, 12 mm]
+  base: {plane: x-}
+  platform: {shape: box, size: [30 mm, 32 mm, 12 mm], at: [55 mm, 0, 0]}
+"""
+    file, room = read(text)
+    found = [own for each in topologies(room, file.wish.make.process, 0.2e-3) for own in each.patterns]
+    folded = [own for own in found if own.kind.name == "leaf folded on the axis" and own.count == 2]
+    outward = [own for own in folded if abs(own.site.azimuth) < 1e-9 and own.axes[0, 2] > 0.5]
+    assert outward and all(not own.pinned and own.site.out == 0.7 for own in outward)

@@ -386,7 +386,7 @@ def _face(own: Pattern, room: Room) -> Array | None:
         return None
     face = 2 * (room.platform - np.abs(own.site.height - room.middle) * [0.0, 0.0, 1.0])
     face[np.abs(own.site.axes[:, 0]) > ALONG] = 0.0
-    return face + ALONG
+    return face + ALONG * room.size
 
 
 def _borne(kind: Kind, room: Room) -> Array:

@@ -8,9 +8,13 @@ import pytest
 
 from flexura.deadline import OutOfTime
 from flexura.errors import SolverError
+from flexura.full_order import plan_of
+from flexura.modelfile import loads
 from flexura.study.optimum.landscape import Landscape, Sample
 from flexura.study.optimum.linear import Steps
-from flexura.study.optimum.rows import Point
+from flexura.study.optimum.optimize import climbed
+from flexura.study.optimum.rows import AskedDesigns, BothDesigns, Point, wording
+from flexura.study.questions import formula, questions
 from study.optimum.test_optimum_search import Smooth, Variables, box, rosen_suzuki, row
 
 
@@ -105,3 +109,57 @@ def test_rows_are_as_their_helper_says():
         x, h = np.array([0.7, 0.6]), 1e-6
         slope = [(own.values(x + h * e) - own.values(x - h * e)) / (2 * h) for e in np.eye(2)]
         assert own.function.slope(x) == pytest.approx(slope, rel=1e-6)
+
+
+GUIDE = """
+parameters:
+  length: {value: 30 mm, minimum: 20 mm, maximum: 60 mm}
+  thickness: {value: 0.5 mm, minimum: 0.2 mm, maximum: 1 mm}
+  added: {value: 0.1 kg, minimum: 0.01 kg, maximum: 1 kg}
+nodes: {foot: [0, 0, 0], head: [0, 0, length]}
+flexures:
+  leaf:
+    nodes: [foot, head]
+    material: spring-steel
+    reference: x
+    profile: {type: leaf, width: 10 mm, thickness: thickness}
+bodies:
+  stage: {centre: [0, 0, length], mass: added, inertia: [1 kg*mm^2, 1 kg*mm^2, 1 kg*mm^2], carries: [head]}
+ground: {foot: clamped}
+"""
+
+
+def test_what_is_asked_besides_of_another_mechanism_is_kept():
+    """The stiffest leaf, which leads to its limits, is held back by one twice as wide that must not be stiffer than
+    3 (E I/L^3 with twice the width): the stiffness of the first is then half of that."""
+    own, other = loads(GUIDE), loads(GUIDE.replace("width: 10 mm", "width: 20 mm"))
+    asked = "stiffness(stage.x)"
+    found, in_time = climbed(
+        own,
+        maximise=asked,
+        subject_to=["mass <= 0.2 kg"],
+        besides=(other, [f"{asked} <= 4000 N/m"]),
+        accuracy=1e-6,
+        seconds=60,
+    )
+    alone, _ = climbed(own, maximise=asked, subject_to=[], accuracy=1e-6, seconds=60)
+    (held,), (free,) = (questions(own, asked).values(each).value[0] for each in (found, alone))
+    (most,) = questions(other, asked).values(found).value[0]
+    assert in_time and most == pytest.approx(4000, rel=1e-3)
+    assert held == pytest.approx(most / 2, rel=0.02) and free > 5 * held  # wide strips are a little stiffer
+
+
+def test_slopes_of_two_mechanisms_are_those_of_each():
+    without = GUIDE.replace("  added: {value: 0.1 kg, minimum: 0.01 kg, maximum: 1 kg}\n", "")
+    own, other = plan_of(loads(GUIDE)), plan_of(loads(without.replace("mass: added", "mass: 1 kg")))
+    one = AskedDesigns(wording(own, [formula(own, "f1")]), ("length", "thickness", "added"), {})
+    two = AskedDesigns(wording(other, [formula(other, "stiffness(stage.x)")]), ("thickness", "length"), {})
+    both, x = BothDesigns(one, two), np.array([30e-3, 0.5e-3, 0.2])
+    point, h = both.point(x), 1e-6
+    count = one.wording.count
+    assert len(point.value) == count + two.wording.count
+    for p in range(3):
+        step = h * x[p] * np.eye(3)[p]
+        slope = (both.point(x + step).value - both.point(x - step).value) / (2 * h * x[p])
+        assert point.slope[:, p] == pytest.approx(slope, rel=1e-4, abs=1e-6 * np.abs(slope).max())
+    assert point.slope[count:, 2] == pytest.approx(0.0)
