@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from flexura.synthesis import Wish, room_of, topologies
-from flexura.synthesis.patterns import RADII, as_drawn
+from flexura.synthesis.fitting import as_drawn
+from flexura.synthesis.patterns import RADII
 
 FIRST = 10
 

@@ -12,7 +12,7 @@ from flexura.study.questions import questions, relation
 from flexura.synthesis import WishFile, room_of, topologies
 from flexura.synthesis.drafts import draft, with_values
 from flexura.synthesis.extents import Extents, beyond_envelope, extents_of
-from flexura.synthesis.patterns import limits_of
+from flexura.synthesis.fitting import limits_of
 from flexura.synthesis.topologies import with_stout_posts
 
 WISHES = {

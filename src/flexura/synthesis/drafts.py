@@ -14,8 +14,9 @@ from flexura.mechanism import Mechanism, Parameter
 from flexura.modelfile import described
 from flexura.synthesis.amplifiers import ZERO, Drive, substructures
 from flexura.synthesis.drives import motion, reach
+from flexura.synthesis.fitting import drawn_first, limits_of, lug_of, posts_at
 from flexura.synthesis.limbs import LEAF, PROFILES, Terms, describe_member
-from flexura.synthesis.patterns import ALONG, RADII, Pattern, drawn_first, limits_of, lug_of, posts_at
+from flexura.synthesis.patterns import ALONG, RADII, Pattern
 from flexura.synthesis.posts import Form, Post, plus, with_fixed
 from flexura.synthesis.topologies import Topology
 from flexura.synthesis.wish import DOFS, Make, Room, Wish, WishFile

@@ -31,7 +31,8 @@ from flexura.synthesis.amplifiers import (
     Top,
     hull_of,
 )
-from flexura.synthesis.patterns import ALONG, LEAST_AWAY, Pattern, obstacles
+from flexura.synthesis.fitting import obstacles
+from flexura.synthesis.patterns import ALONG, LEAST_AWAY, Pattern
 from flexura.synthesis.topologies import Topology
 from flexura.synthesis.wish import DOFS, ROOM, Room, Stack, Wish
 

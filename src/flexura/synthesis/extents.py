@@ -14,7 +14,8 @@ from flexura.mechanism import Mechanism
 from flexura.structure import FullOrderModel, solids_of
 from flexura.synthesis.amplifiers import hull_of
 from flexura.synthesis.drafts import radius_name
-from flexura.synthesis.patterns import ALONG, corners_of, posts_at, too_near
+from flexura.synthesis.fitting import corners_of, posts_at, too_near
+from flexura.synthesis.patterns import ALONG
 from flexura.synthesis.topologies import Topology
 from flexura.synthesis.wish import Room
 

@@ -180,12 +180,10 @@ def gap_of(compliances: Array, room: Room) -> Array:
     C = matrices_of(compliances) * scale[:, None] * scale
     bad = ~np.isfinite(C).all(axis=(1, 2))
     C[bad] = 0.0
-    softest = np.linalg.eigvalsh(rest.T @ C @ rest)[:, -1] if rest.size else np.zeros(len(C))
+    softest = np.abs(np.linalg.eigvalsh(rest.T @ C @ rest)).max(axis=1) if rest.size else np.zeros(len(C))
     stiffest = np.linalg.eigvalsh(free.T @ C @ free)[:, 0] if free.size else np.full(len(C), np.inf)
-    least, most = np.linalg.eigvalsh(C)[:, [0, -1]].T
     with np.errstate(divide="ignore", invalid="ignore"):
-        gaps = np.where(least < -ROUND_OFF * most, 0.0, stiffest / np.maximum(softest, 1e-300))
-    return np.where(bad, np.nan, gaps)
+        return np.where(bad, np.nan, np.maximum(stiffest, 0.0) / np.maximum(softest, 1e-300))
 
 
 def matrices_of(compliances: Array) -> Array:

@@ -19,19 +19,9 @@ from scipy.spatial import KDTree
 
 from flexura.arrays import Array, Index
 from flexura.synthesis.amplifiers import Drive
+from flexura.synthesis.fitting import as_drawn, fitted, nearer, stouter
 from flexura.synthesis.limbs import KINDS, unit_sizes
-from flexura.synthesis.patterns import (
-    ALONG,
-    LEAST_AWAY,
-    RADII,
-    Pattern,
-    about_z,
-    as_drawn,
-    fitted,
-    nearer,
-    patterns,
-    stouter,
-)
+from flexura.synthesis.patterns import ALONG, LEAST_AWAY, RADII, Pattern, about_z, patterns
 from flexura.synthesis.wish import Room
 
 RANK = 1e-6
