@@ -158,9 +158,11 @@ class Optima:
         """Names of requirements over strokes that are amply met."""
         return {each.name for each in own.candidate.requirements if " over " in each.text and margin_of(each) > AMPLE}
 
-    def _at_ends(self, text: str) -> list[str]:
-        """What is asked over the stroke as asked at its ends, where members are known one by one."""
-        ends = ends_of(self.at_rest.file.wish, self.at_rest.room)
+    def _at_ends(self, own: Judged, text: str) -> list[str]:
+        """What is asked over the stroke as asked at its ends, where members are known one by one; not of what is led
+        by its stacks."""
+        is_led = self.at_rest.listed[own.number].drive is None
+        ends = ends_of(self.at_rest.file.wish, self.at_rest.room) if is_led else []
         asked = text.removesuffix(OVER_STROKE)
         return [f"{asked} at {end}" for end in ends] if ends and asked != text else [text]
 
@@ -172,7 +174,7 @@ class Optima:
         pairs = zip(own.candidate.requirements, rigid, strict=True)
         left_out = self._ample(own)
         limits = [with_spare(stiff, bending, of.value) for bending, of in pairs if bending.name not in left_out]
-        limits = [own for text in limits for own in self._at_ends(text)]
+        limits = [each for text in limits for each in self._at_ends(own, text)]
         topology, sizes = self.at_rest.listed[own.number], dict(zip(stiff.parameters, own.sizes, strict=True))
         bare = self.at_rest.without_stacks(topology)
         bare = with_values(bare, {name: sizes[name] for name in bare.parameters})
