@@ -161,8 +161,8 @@ class Optima:
     def _at_ends(self, own: Judged, text: str) -> list[str]:
         """What is asked over the stroke as asked at its ends, where members are known one by one; not of what is led
         by its stacks."""
-        is_led = self.at_rest.listed[own.number].drive is None
-        ends = ends_of(self.at_rest.file.wish, self.at_rest.room) if is_led else []
+        by_stacks = self.at_rest.listed[own.number].drive is not None
+        ends = [] if by_stacks else ends_of(self.at_rest.file.wish, self.at_rest.room)
         asked = text.removesuffix(OVER_STROKE)
         return [f"{asked} at {end}" for end in ends] if ends and asked != text else [text]
 
