@@ -582,7 +582,7 @@ def table() -> str:
         "|---|---|---|---|---|---|---|",
     ]
     for row in rows:
-        met = f"{row['met']} of {row['asked']}" if row["asked"] else ""
+        met = f"{row['met']} of {row['asked']}" if row["met"] else ""
         cells = (row["name"], row["freedoms"], row["as_good"], row["held_by"], met, row["missed"], row["seconds"])
         lines.append("| " + " | ".join(str(own).replace("|", "/").replace("\n", " ") for own in cells) + " |")
     return "\n".join(lines)
