@@ -155,9 +155,24 @@ def test_limbs_that_are_right_at_any_distance_are_drawn_where_they_fit():
   envelope: [70 mm, 66 mm, 12 mm]
   base: {plane: x-}
   platform: {shape: box, size: [30 mm, 32 mm, 12 mm], at: [55 mm, 0, 0]}
+  make: {thinnest: 0.2 mm}
 """
     file, room = read(text)
-    found = [own for each in topologies(room, file.wish.make.process, 0.2e-3) for own in each.patterns]
-    folded = [own for own in found if own.kind.name == "leaf folded on the axis" and own.count == 2]
-    outward = [own for own in folded if abs(own.site.azimuth) < 1e-9 and own.axes[0, 2] > 0.5]
-    assert outward and all(not own.pinned and own.site.out == 0.7 for own in outward)
+    found = []
+    for own in topologies(room, file.wish.make.process, 0.2e-3):
+        last = own.patterns[-1]
+        outward = last.site.axes[:, 0] @ last.axes[:, 2] > 0.5 and not last.site.azimuth
+        if last.kind.name == "leaf folded on the axis" and last.count == 2 and outward:
+            found.append(own)
+    assert found
+    for own in found:
+        last = own.patterns[-1]
+        assert not last.pinned and last.site.out == 0.7
+        mechanism = draft(own, file, room, "draft")
+        first = np.array([float(p.value) for p in mechanism.parameters.values()])
+        extents = extents_of(own, room, mechanism)
+        assert (extents.constants + extents.slopes @ first <= 0).all()
+        assert float(mechanism.parameters["b_radius"].value) == pytest.approx(0.7 * 16e-3)
+        model = assemble(plan_of(mechanism))
+        heads = [k for k, name in enumerate(model.plan.topology.node_names) if name.endswith("b1.head")]
+        assert np.abs(model.positions[heads][:, 1]) == pytest.approx(0.7 * 16e-3)

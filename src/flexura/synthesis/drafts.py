@@ -16,7 +16,7 @@ from flexura.synthesis.amplifiers import ZERO, Drive, substructures
 from flexura.synthesis.drives import motion, reach
 from flexura.synthesis.fitting import drawn_first, limits_of, lug_of, posts_at
 from flexura.synthesis.limbs import LEAF, PROFILES, Terms, describe_member
-from flexura.synthesis.patterns import ALONG, RADII, Pattern
+from flexura.synthesis.patterns import ALONG, Pattern
 from flexura.synthesis.posts import Form, Post, plus, with_fixed
 from flexura.synthesis.topologies import Topology
 from flexura.synthesis.wish import DOFS, Make, Room, Wish, WishFile
@@ -92,7 +92,7 @@ def _parameters(letter: str, own: Pattern, room: Room, thinnest: float) -> dict[
     if (radius := radius_name(letter, own)) is not None:
         name = radius.removeprefix(f"{letter}_")
         low, high = (own.site.reach * k for k in RADIUS_LIMITS)
-        limits[name], values[name] = (low, high), own.site.reach * RADII[0]
+        limits[name], values[name] = (low, high), own.site.reach * own.site.out
     return {
         f"{letter}_{name}": {"value": _mm(values[name]), "minimum": _mm(low), "maximum": _mm(high)}
         for name, (low, high) in limits.items()
@@ -114,7 +114,7 @@ def _substructure(letter: str, own: Pattern, room: Room, make: Make) -> dict[str
     start = turn @ own.site.head(room)
     terms: list[tuple[str | None, Array]] = [(None, start)]
     if radius := radius_name(letter, own):
-        terms = [(None, start - radial * own.site.reach * RADII[0]), (radius, radial)]
+        terms = [(None, start - radial * own.site.reach * own.site.out), (radius, radial)]
     fixed, drawn = own.shift(own.lug(room))
 
     def along(way: Terms) -> list[tuple[str | None, Array]]:

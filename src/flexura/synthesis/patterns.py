@@ -336,7 +336,7 @@ def patterns(room: Room, process: str) -> list[Pattern]:
                     if run < SHORTEST * room.size or (kind.is_broad and across < NARROWEST * room.size):
                         continue
                     pinned = site.where == "below" and np.abs(other.T @ W).max(initial=0.0) > ALONG
-                    if not pinned and site.out < RADII[0] and not _is_plain(site, d):
+                    if not pinned and site.out < RADII[0] and not (site.out in RADII and _is_plain(site, d)):
                         continue
                     bears = W[:, : W.shape[1] // 2]
                     own_pattern = Pattern(kind, site, axes, count, run, across, bears, bool(pinned), held, aside=aside)
