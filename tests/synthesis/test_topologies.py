@@ -65,6 +65,8 @@ def limbs_of(topology, room):
         for k in range(p.count):
             a = 2 * np.pi * k / p.count
             turn = np.array([[np.cos(a), -np.sin(a), 0.0], [np.sin(a), np.cos(a), 0.0], [0.0, 0.0, 1.0]])
+            if p.mirrored and k:  # in the plane across the way to the head
+                turn = np.eye(3) - 2 * np.outer([c, s, 0.0], [c, s, 0.0])
             yield p.kind.name, centre + turn @ head, turn @ p.axes, p.held
 
 

@@ -10,13 +10,13 @@ the angle of tangent 2 sqrt(a b) / (a - b).
 import numpy as np
 import pytest
 
-from flexura.full_order import plan_of
+from flexura.full_order import assemble, plan_of
 from flexura.mechanism import with_rigid_bodies
 from flexura.study.questions import questions
 from flexura.synthesis import WishFile, room_of, topologies
 from flexura.synthesis.drafts import draft
 from flexura.synthesis.limbs import PROFILES
-from flexura.synthesis.screening import COMPLIANCES, _twists_about, gap_of
+from flexura.synthesis.screening import COMPLIANCES, _twists_about, clashes_of, gap_of
 from synthesis.test_classics import wish
 
 THINNER = (0.01, 0.0025)
@@ -65,5 +65,40 @@ def test_wished_freedoms_are_the_softest_directions(freedoms, height, process):
     for topology in listed[:: len(listed) // MANY + 1]:
         drawn = with_rigid_bodies(draft(topology, WishFile(wish=own), room, "draft"))
         (gap, _), (wider, sine) = (apart(thinned(drawn, by), room) for by in THINNER)
+        assert wider > 1.4 * gap, topology.name
+        assert sine**2 * wider < 1 or wider < 1.5, topology.name
+
+
+@pytest.mark.parametrize(
+    ("freedoms", "height", "shape"),
+    [
+        (["rx", "ry", "z"], 0.036, "box"),
+        (["x", "ry"], 0.0, "box"),
+        (["x", "y", "rz"], 0.0, "cylinder"),
+        (["z"], 0.0, "box"),
+    ],
+    ids=lambda own: "-".join(own) if isinstance(own, list) else str(own),
+)
+def test_mirrored_pairs_are_images_and_leave_free_what_is_wished(freedoms, height, shape):
+    own = wish(freedoms, (0.0, 0.0, height), shape)
+    room = room_of(own)
+    found = [each for each in topologies(room, "assembled", 3e-4) if any(p.mirrored for p in each.patterns)]
+    found = [each for each in found if not any(has_links(p.kind) for p in each.patterns)]
+    assert found
+    for topology in found[:: len(found) // MANY + 1]:
+        assert " mirrored " in topology.name
+        mechanism = draft(topology, WishFile(wish=own), room, "draft")
+        assert clashes_of(mechanism) == (), topology.name
+        plan = plan_of(with_rigid_bodies(mechanism))
+        model, names = assemble(plan), list(plan.topology.node_names)
+        for letter, pattern in zip("abc", topology.patterns, strict=False):
+            if not pattern.mirrored:
+                continue
+            normal = room.turn @ pattern.site.axes[:, 0]
+            image = np.eye(3) - 2 * np.outer(normal, normal)
+            nodes = [name.removeprefix(f"{letter}1.") for name in names if name.startswith(f"{letter}1.")]
+            one, other = (model.positions[[names.index(f"{letter}{k}.{node}") for node in nodes]] for k in (1, 2))
+            assert np.abs(one @ image - other).max() < 1e-12 and np.abs(one - other).max() > 1e-3
+        (gap, _), (wider, sine) = (apart(thinned(with_rigid_bodies(mechanism), by), room) for by in THINNER)
         assert wider > 1.4 * gap, topology.name
         assert sine**2 * wider < 1 or wider < 1.5, topology.name

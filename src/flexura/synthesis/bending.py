@@ -39,7 +39,8 @@ def strain_over_stroke(topology: Topology, designs: Mapping[str, Array], wish: W
         for turn in own.turns():
             head, axes = turn @ (own.site.head(room) - axis) + axis, (turn @ own.axes).T
             moved = axes @ (shift + np.cross(turned, head - room.about))
-            strains.append(np.abs(of_twist @ np.concatenate([moved, axes @ turned])).sum(axis=-1).max(axis=0))
+            both = np.concatenate([moved, np.linalg.det(axes) * (axes @ turned)])
+            strains.append(np.abs(of_twist @ both).sum(axis=-1).max(axis=0))
     return np.max([np.zeros(n), *strains], axis=0)
 
 

@@ -221,7 +221,10 @@ def _lug(
 
 def _placed(letter: str, own: Pattern, room: Room) -> dict[str, Any]:
     placed: dict[str, Any] = {"of": letter}
-    if own.count > 1:
+    if own.mirrored:
+        middle = _point([(None, room.turn @ room.middle)])
+        placed["pattern"] = {"type": "mirror", "normal": _vector(room.turn @ own.site.axes[:, 0]), "point": middle}
+    elif own.count > 1:
         centre = room.turn @ np.array([*room.middle[:2], 0.0])
         placed["pattern"] = {
             "type": "circular",

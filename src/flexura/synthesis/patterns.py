@@ -1,8 +1,8 @@
 """Patterns of limbs: where limbs may be in the room of a wish, and how long and broad.
 
-A pattern is one limb, or two, three or four evenly around the normal of the base through the middle of the platform; of
-one, two and four the first is on an axis of the base, of four on a diagonal as well, of two at a corner of a box, and
-of three at every thirty degrees.
+A pattern is one limb, or two, three or four evenly around the normal of the base through the middle of the platform, or
+two of which one is the mirror image of the other; of one, two and four the first is on an axis of the base, of four on
+a diagonal as well, of two at a corner of a box, and of three at every thirty degrees.
 
 A limb is of one kind and begins below the platform, in the middle or near its edge, or at its side: at its edges,
 halfway between, and where the point of the wish is if that is at the side. It leads away from the platform along a
@@ -180,10 +180,12 @@ class Pattern:
     stout: float = 0.0
     short: float = 0.0
     flat: bool = False
+    mirrored: bool = False
 
     def turns(self) -> Array:
-        """Rotations (n, 3, 3) of the copies about the axis."""
-        return _turns(self.count)
+        """Rotations (n, 3, 3) of the copies about the axis; of a mirrored one the image in the plane across the radial
+        direction of its site."""
+        return _turns(self.site, self.count, self.mirrored)
 
     def wrenches(self, room: Room) -> Array:
         """What each copy bears, about the origin of the room (copies, 6, n), moments in m."""
@@ -239,13 +241,17 @@ def _cross(a: Array, b: Array) -> Array:
     return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
-def _turns(count: int) -> Array:
+def _turns(site: Site, count: int, mirrored: bool) -> Array:
+    if mirrored:
+        radial = site.axes[:, 0]
+        return np.array([np.eye(3), np.eye(3) - 2 * np.outer(radial, radial)])
     return np.array([about_z(2 * np.pi * k / count) for k in range(count)])
 
 
 def _about_origin(borne: Array, frames: Array, places: Array) -> Array:
-    """Wrenches (copies, 6, n) about the origin, of some (6, n) in frames (copies, 3, 3) about places (copies, 3)."""
-    force, moment = frames @ borne[:3], frames @ borne[3:]
+    """Wrenches (copies, 6, n) about the origin, of some (6, n) in frames (copies, 3, 3) about places (copies, 3);
+    moments turn round in frames that are mirrored."""
+    force, moment = frames @ borne[:3], np.linalg.det(frames)[:, None, None] * (frames @ borne[3:])
     x, y, z = places.T
     zero = np.zeros(len(x))
     arm = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(2, 0, 1)
@@ -304,11 +310,13 @@ def patterns(room: Room, process: str) -> list[Pattern]:
     breadth = 0.0 if room.frame else BREADTH
     beside = {kind.name: 2 * (GAP + breadth) * room.size * leads_back(kind) for kind in kinds}
     found = []
-    for count, site in ((n, site) for n in COUNTS for site in sites(room, n)):
+    every_site = [(n, site, False) for n in COUNTS for site in sites(room, n)]
+    for count, site, mirrored in every_site + [(2, site, True) for site in sites(room, 2)]:
         another = site._replace(out=RADII[1] if site.out == RADII[0] else RADII[0])
-        F, further = (_freedoms(room, own.head(room), count) for own in (site, another))
+        turns = _turns(site, count, mirrored)
+        F, further = (_freedoms(room, own.head(room), turns) for own in (site, another))
         for d in _directions(site, room.wrenches.directions_at(site.head(room))):
-            if (whole := _run(room, site, d, _turns(count))) < SHORTEST * room.size:
+            if (whole := _run(room, site, d, turns)) < SHORTEST * room.size:
                 continue
             apart = min(whole, _meeting(room, site, d) - 2 * LEAST_AWAY * room.size) if count > 1 else whole
             upright, is_held = abs(d[2]) > 1 - ALONG, room.frame or abs(d[2]) > ALONG
@@ -323,6 +331,8 @@ def patterns(room: Room, process: str) -> list[Pattern]:
                 right = [(kind, borne[kind.name], 0.0) for kind in compress(fixed, is_right)]
                 right += [found for kind in moved for found in _pinned(kind, borne[kind.name], own, apart)]
                 for kind, W, held in right:
+                    if mirrored and _is_its_image(kind, site, axes):
+                        continue
                     if (kind.is_round and k) or (sign < 0 and (kind.is_round or not kind.is_one_sided)):
                         continue
                     sideways = site.where == "side" and abs(site.axes[:, 1] @ axes[:, 0]) > 1 - ALONG
@@ -330,7 +340,7 @@ def patterns(room: Room, process: str) -> list[Pattern]:
                         continue
                     aside = passing and kind.width and "thickness" in kind.sizes and not kind.pinned
                     run = (whole if aside else apart) - behind * leads_on(kind)
-                    across = _across(room, site, ARM_AT * run * d, axes[:, 0], _turns(count), kind)
+                    across = _across(room, site, ARM_AT * run * d, axes[:, 0], turns, kind)
                     is_along = abs(axes[2, 1]) > 1 - ALONG  # posts of its feet stand along its width
                     across -= min(beside[kind.name], BREADTH * room.size) if is_along else beside[kind.name]
                     if run < SHORTEST * room.size or (kind.is_broad and across < NARROWEST * room.size):
@@ -340,6 +350,7 @@ def patterns(room: Room, process: str) -> list[Pattern]:
                         continue
                     bears = W[:, : W.shape[1] // 2]
                     own_pattern = Pattern(kind, site, axes, count, run, across, bears, bool(pinned), held, aside=aside)
+                    own_pattern = replace(own_pattern, mirrored=mirrored)
                     if (placed := _at_side(own_pattern, room)).run >= SHORTEST * room.size:
                         here.append(placed)
             found += sorted(here, key=lambda own: kinds.index(own.kind))
@@ -387,14 +398,22 @@ def _about(W: Array, point: Array) -> Array:
     return np.concatenate([W[:3], W[3:] + np.cross(point, W[:3], axisb=0, axisc=0)])
 
 
-def _freedoms(room: Room, head: Array, count: int) -> Array:
-    """The wished freedoms (2, 3, f), velocities and rotations, of the heads of so many limbs, in axes that turn with
-    them."""
+def _is_its_image(kind: Kind, site: Site, axes: Array) -> bool:
+    """Whether a limb is the same in a mirror along the radial plane of its site: two of them that are turned by half a
+    turn are then mirrored as well."""
+    m, e, d = np.abs(site.axes[:, 1] @ axes)
+    is_across = min(e, 1 - e) > ALONG and kind.width
+    return d < ALONG and not is_across and not (kind.is_one_sided and m > ALONG)
+
+
+def _freedoms(room: Room, head: Array, turns: Array) -> Array:
+    """The wished freedoms (2, 3, f), velocities and rotations, of the heads of limbs, in axes that turn with them
+    (copies, 3, 3)."""
     F = room.freedoms.basis / np.repeat([1.0, room.freedoms.length], 3)[:, None]
-    turns, axis = _turns(count), np.array([*room.middle[:2], 0.0])
+    axis = np.array([*room.middle[:2], 0.0])
     places = turns @ (head - axis) + axis
     moved = F[:3] + np.cross(F[None, 3:], places[:, :, None], axis=1)
-    both = np.stack([moved, np.broadcast_to(F[3:], moved.shape)])
+    both = np.stack([moved, np.linalg.det(turns)[:, None, None] * np.broadcast_to(F[3:], moved.shape)])
     return np.concatenate(list((turns.transpose(0, 2, 1) @ both).swapaxes(0, 1)), axis=-1)
 
 

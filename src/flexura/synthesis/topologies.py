@@ -113,15 +113,15 @@ def _room_of(own: Sequence[Pattern]) -> float:
 
 def _sorted(listed: Sequence[Topology]) -> list[Topology]:
     """The plainest first, of those that differ in heights, azimuths and distances from the middle alone: then all
-    others, again the plainest first. Those that are the same in words, which do not tell the sides of arms and which
-    way round limbs lead, are numbered."""
+    others, and those with mirrored pairs, again the plainest first. Those that are the same in words, which do not tell
+    the sides of arms and which way round limbs lead, are numbered."""
     seen: set[tuple[object, ...]] = set()
     firsts, others = [], []
     for own in sorted(listed, key=_plainness):
         alike = tuple(
             (p.kind.name, p.count, p.site.where, _rounded(np.abs(p.site.axes.T @ p.axes[:, 1:]))) for p in own.patterns
         )
-        is_further = any(p.pinned and p.site.out < RADII[0] for p in own.patterns)
+        is_further = any(p.mirrored or (p.pinned and p.site.out < RADII[0]) for p in own.patterns)
         (others if alike in seen or is_further else firsts).append(own)
         seen.add(alike)
     counts: dict[str, int] = {}
@@ -181,7 +181,7 @@ def _first_that_fit(every: Sequence[Pattern], room: Room, thinnest: float) -> li
 def _roominess(own: Pattern, room: Room) -> tuple[float, ...]:
     """What patterns of the same are sorted by: nearest the middle of the platform, with the most room."""
     inside = 0.0 if own.pinned else -own.site.out
-    return abs(own.site.height - room.middle[2]), inside, -round(own.run, 9), -own.across
+    return abs(own.site.height - room.middle[2]), inside, own.mirrored, -round(own.run, 9), -own.across
 
 
 def _rounded(own: Array) -> bytes:
@@ -278,7 +278,8 @@ def _named(own: Pattern, room: Room) -> str:
     if own.kind.width:
         e = np.abs(own.site.axes.T @ own.axes[:, 1])
         wide = f", wide {('radially', 'tangentially', 'upright')[int(np.argmax(e))]}"
-    return f"{own.count} {'-'.join(words)} {kind} {_place(own, room)}{wide}"
+    mirrored = "mirrored " * own.mirrored
+    return f"{own.count} {mirrored}{'-'.join(words)} {kind} {_place(own, room)}{wide}"
 
 
 def _place(own: Pattern, room: Room) -> str:
