@@ -349,9 +349,9 @@ def patterns(room: Room, process: str) -> list[Pattern]:
                     if not pinned and site.out < RADII[0] and not (site.out in RADII and _is_plain(site, d)):
                         continue
                     bears = W[:, : W.shape[1] // 2]
-                    own_pattern = Pattern(kind, site, axes, count, run, across, bears, bool(pinned), held, aside=aside)
-                    own_pattern = replace(own_pattern, mirrored=mirrored)
-                    if (placed := _at_side(own_pattern, room)).run >= SHORTEST * room.size:
+                    plain = Pattern(kind, site, axes, count, run, across, bears, bool(pinned), held)
+                    placed = _at_side(replace(plain, aside=aside, mirrored=mirrored), room)
+                    if placed.run >= SHORTEST * room.size:
                         here.append(placed)
             found += sorted(here, key=lambda own: kinds.index(own.kind))
     return found
